@@ -1,0 +1,126 @@
+//! The largest stable time step of an explicit integrator, term by term, known before a job starts.
+//!
+//! Velocity-Verlet is stable for `dt < 2/omega`, omega the highest frequency of the linearised forces. Frequencies of
+//! several terms on one vertex add in squares at most, so `omega^2 <= sum omega_term^2` bounds it from above.
+
+use crate::job::{Deformable, MASS, Model, Point, regular_edge};
+
+/// Step of the source paper, and the largest that `dt = "auto"` takes.
+pub const PAPER_DT: f64 = 1e-3;
+
+/// Share of the stability limit that `dt = "auto"` takes at most.
+pub const AUTO_SHARE: f64 = 0.8;
+
+/// The highest frequency that one force term can give a vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TermFrequency {
+    /// The force term.
+    pub term: &'static str,
+    /// Its highest angular frequency, in 1/t0.
+    pub omega: f64,
+    /// What to change to lower it.
+    pub remedy: &'static str,
+}
+
+/// The stability limit of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StabilityLimit {
+    /// Largest stable time step, `2/sqrt(sum omega^2)`, in t0.
+    pub dt_max: f64,
+    /// The terms, stiffest first.
+    pub terms: Vec<TermFrequency>,
+}
+
+impl StabilityLimit {
+    /// The limit of a grid point under an explicit integrator (its `stepping` is not read).
+    pub fn of(point: &Point) -> Self {
+        let mut terms = match &point.model {
+            Model::Deformable(ring) => ring_terms(ring),
+            Model::Soft(soft) => vec![TermFrequency {
+                term: "wall",
+                // Up to four discs press on a point at once.
+                omega: (4.0 * 4.0 * soft.e_w / MASS).sqrt(),
+                remedy: "lower e_w",
+            }],
+        };
+        terms.sort_by(|a, b| b.omega.total_cmp(&a.omega));
+        let sum: f64 = terms.iter().map(|t| t.omega * t.omega).sum();
+        Self { dt_max: 2.0 / sum.sqrt(), terms }
+    }
+
+    /// The step that `dt = "auto"` stands for: the paper's 1e-3, or 0.8 of the limit if that is smaller.
+    pub fn auto_dt(&self) -> f64 {
+        PAPER_DT.min(AUTO_SHARE * self.dt_max)
+    }
+}
+
+fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
+    let n = ring.n_vertices as f64;
+    let vertex_mass = MASS / n;
+    let eps = ring.eps * regular_edge(ring.n_vertices);
+    let mut terms = vec![
+        TermFrequency {
+            term: "tension",
+            omega: (4.0 * ring.gamma / (eps * vertex_mass)).sqrt(),
+            remedy: "lower gamma or n_vertices, or raise eps",
+        },
+        TermFrequency { term: "area", omega: (4.0 * std::f64::consts::PI * ring.k_a).sqrt(), remedy: "lower k_a" },
+        TermFrequency { term: "wall", omega: (2.0 * ring.e_w / MASS).sqrt(), remedy: "lower e_w" },
+    ];
+    if ring.kappa > 0.0 {
+        terms.push(TermFrequency {
+            term: "perimeter",
+            omega: 2.0 * n * (ring.kappa * ring.gamma / MASS).sqrt(),
+            remedy: "lower kappa or n_vertices",
+        });
+    }
+    terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Density, Integrator, Limits, ObstacleField, Scene, Stepping};
+
+    fn point(gamma: f64) -> Point {
+        Point {
+            model: Model::Deformable(Deformable {
+                gamma,
+                kappa: 1e-3,
+                k_a: 1e4,
+                n_vertices: 256,
+                e_w: 1e4,
+                delta: 0.01227,
+                eps: 0.1,
+            }),
+            scene: Scene::Obstacles(ObstacleField {
+                w_ob: 0.2,
+                sigma_ob: 0.3,
+                density: Density::Saturated,
+                box_size: 50.0,
+            }),
+            v_t: 0.03,
+            stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
+            limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-17 },
+            sample_every: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_papers_step_is_stable_at_its_reference_and_too_large_at_gamma_10() {
+        let reference = StabilityLimit::of(&point(1.09));
+        assert!(reference.auto_dt() == PAPER_DT && reference.dt_max > PAPER_DT);
+        let stiff = StabilityLimit::of(&point(10.0));
+        assert!(stiff.dt_max < PAPER_DT && stiff.terms[0].term == "tension");
+        assert!((stiff.auto_dt() - 4.9e-4).abs() < 1e-5);
+    }
+
+    #[test]
+    fn frequencies_are_those_of_the_physics_notes() {
+        let limit = StabilityLimit::of(&point(1.0));
+        let omega = |term| limit.terms.iter().find(|t| t.term == term).unwrap().omega;
+        assert!((omega("area") - 354.0).abs() < 1.0);
+        assert!((omega("wall") - 160.0).abs() < 1.0);
+        assert!((omega("perimeter") - 18.0).abs() < 1.0);
+    }
+}
