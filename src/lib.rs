@@ -11,7 +11,14 @@
 //! `t0 = sqrt(sigma/g)`. Gravity drives along `+x`. Equation numbers cite Cheng et al., "Flow and clogging of
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
+pub mod droplet;
+pub mod effects;
 pub mod fits;
+pub mod integrator;
 pub mod job;
+pub mod observe;
+pub mod scene;
+pub mod simulate;
 pub mod stability;
 pub mod trajectory;
+pub mod vector;

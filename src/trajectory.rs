@@ -36,6 +36,8 @@ pub struct Trajectory {
     pub area_error_max: Option<f64>,
     /// Largest recorded overlap with an obstacle, in sigma.
     pub overlap_max: f64,
+    /// Largest rise of the total energy over its lowest value before; round-off and O(dt^2) unless unstable.
+    pub energy_rise_max: f64,
     /// Depth the droplet sank on the plate; `None` elsewhere.
     pub delta_s: Option<f64>,
     /// Time steps taken.

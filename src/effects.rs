@@ -1,0 +1,62 @@
+//! The forces on a droplet, one file each.
+//!
+//! An effect is a small `Copy` type that knows its formula. The kernel of a job is compiled for the types of its
+//! effects, so one that a scene does not call for is not in the loop: `kappa = 0` leaves [`tension::Tension`] alone,
+//! `kappa = 1/(N_v l0)` becomes [`tension::LinearTension`] without root or division.
+//!
+//! # Writing your own
+//! A force along the edges of the ring implements [`EdgeForce`]: its tension over the edge length, and its energy.
+//! Pairs of edge forces are edge forces: `(a, b)` acts with the sum of both. A constant force on every vertex
+//! implements [`BodyForce`], a drag [`Drag`].
+
+pub mod area;
+pub mod contact;
+pub mod far_drag;
+pub mod gravity;
+pub mod perimeter;
+pub mod tension;
+
+use fearless_simd::{f64x8, prelude::*};
+
+/// A tension along each edge, a function of the smoothed edge length `l_eps = sqrt(l^2 + eps^2)`.
+pub trait EdgeForce: Copy + Send + Sync + 'static {
+    /// Whether [`coefficient`](Self::coefficient) reads the length; a linear spring does not.
+    const NEEDS_LENGTH: bool;
+
+    /// `T/l_eps` from `1/l_eps`, eight edges at a time: the edge pulls its first vertex with `T/l_eps` times the edge
+    /// vector, and its second with the opposite.
+    fn coefficient<S: Simd>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S>;
+
+    /// Energy of one edge of smoothed length `l_eps`.
+    fn energy(self, length: f64) -> f64;
+}
+
+impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
+    const NEEDS_LENGTH: bool = A::NEEDS_LENGTH || B::NEEDS_LENGTH;
+
+    #[inline(always)]
+    fn coefficient<S: Simd>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S> {
+        self.0.coefficient(simd, inverse_length) + self.1.coefficient(simd, inverse_length)
+    }
+
+    fn energy(self, length: f64) -> f64 {
+        self.0.energy(length) + self.1.energy(length)
+    }
+}
+
+/// A constant force along +x on every vertex.
+pub trait BodyForce: Copy + Send + Sync + 'static {
+    /// Force on one vertex.
+    fn force(self) -> f64;
+
+    /// Energy of one vertex at `x`.
+    fn energy(self, x: f64) -> f64 {
+        -self.force() * x
+    }
+}
+
+/// A viscous force `-m lambda_i v_i` on each vertex, taken implicitly.
+pub trait Drag: Copy + Send + Sync + 'static {
+    /// Damping rates `lambda` of the eight vertices from `at` on, in 1/t0.
+    fn rate<S: Simd>(self, simd: S, at: usize) -> f64x8<S>;
+}

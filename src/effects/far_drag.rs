@@ -1,0 +1,20 @@
+//! Drag far from walls ([C24] eqs 5, 6 with b0 = 0): `-(b_inf/N_v) v_i`, `b_inf = M/V_t`.
+//!
+//! The damping rate is `b_inf/M = 1/V_t`, whatever the number of vertices: 33 per t0 at V_t = 0.03.
+
+use super::Drag;
+use fearless_simd::{f64x8, prelude::*};
+
+/// The same drag on every vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct FarDrag {
+    /// Damping rate `1/V_t`, in 1/t0.
+    pub rate: f64,
+}
+
+impl Drag for FarDrag {
+    #[inline(always)]
+    fn rate<S: Simd>(self, simd: S, _: usize) -> f64x8<S> {
+        f64x8::splat(simd, self.rate)
+    }
+}

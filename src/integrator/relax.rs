@@ -1,0 +1,142 @@
+//! How a droplet is put among obstacles: blown up from the widest gap near the box centre ([C24] 2.4).
+//!
+//! A ring placed at full size could hold whole discs, which exert no force from inside. So a small ring that touches
+//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax.
+
+use crate::droplet::deformable::Ring;
+use crate::droplet::soft::SoftMotion;
+use crate::effects::EdgeForce;
+use crate::effects::area::Area;
+use crate::effects::contact::Contact;
+use crate::effects::far_drag::FarDrag;
+use crate::effects::gravity::Weightless;
+use crate::integrator::verlet::{RingEffects, RingMotion};
+use crate::job::{Deformable, MASS, regular_edge};
+use crate::scene::obstacles::ObstacleArray;
+use crate::trajectory::{Failure, FailureClass};
+use fearless_simd::Level;
+use std::sync::Arc;
+
+/// How far from the box centre a gap is looked for.
+const SEARCH_RADIUS: f64 = 1.0;
+
+/// Damping rate while relaxing, in 1/t0: about critical for the shape modes.
+const RELAX_RATE: f64 = 20.0;
+
+/// Time to inflate, and longest time to relax afterwards, in t0.
+const INFLATE_TIME: f64 = 20.0;
+const RELAX_TIME: f64 = 50.0;
+
+/// Kinetic energy at which a droplet counts as relaxed.
+const AT_REST: f64 = 1e-14;
+
+/// A relaxed ring of full area among the discs, at rest, and its contact effect.
+///
+/// # Errors
+/// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
+pub fn place_ring<E: EdgeForce>(
+    parameters: &Deformable,
+    edge: E,
+    discs: &Arc<ObstacleArray>,
+    dt: f64,
+    level: Level,
+) -> Result<(Ring, Contact), Failure> {
+    let n = parameters.n_vertices;
+    let (gap_at, clearance) = discs.widest_gap_near_centre(SEARCH_RADIUS);
+    let room = clearance - 0.5 * parameters.delta - 1e-3;
+    let full = Ring::regular_radius(n);
+    let contact = Contact::new(n, parameters.e_w, parameters.delta, discs.radius);
+    if room >= full {
+        return Ok((Ring::regular(n, gap_at, full), contact));
+    }
+    if room < 0.01 {
+        return Err(no_room(clearance));
+    }
+    let area_at = |radius: f64| MASS * (radius / full) * (radius / full);
+    let smoothing = parameters.eps * regular_edge(n);
+    let effects = RingEffects {
+        edge,
+        area: Area { stiffness: parameters.k_a, rest: area_at(room) },
+        gravity: Weightless,
+        drag: FarDrag { rate: RELAX_RATE },
+        eps_squared: smoothing * smoothing,
+    };
+    let ring = Ring::regular(n, gap_at, room);
+    let mut motion = RingMotion::start(ring, effects, contact, discs.clone(), dt, level);
+    let stages = 400_u32;
+    let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
+    for stage in 1..=stages {
+        let share = f64::from(stage) / f64::from(stages);
+        motion.effects.area.rest = area_at(room) + share * (MASS - area_at(room));
+        motion.advance(steps_per_stage);
+    }
+    for _ in 0..RELAX_TIME as u32 {
+        motion.advance((1.0 / dt).ceil() as u64);
+        if motion.observe().kinetic < AT_REST {
+            break;
+        }
+    }
+    let seen = motion.observe();
+    if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|e| !(e.abs() < 0.1)) {
+        let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
+        return Err(Failure { class: FailureClass::Unstable, reason, step: 0 });
+    }
+    let mut ring = motion.ring;
+    ring.ux.fill(0.0);
+    ring.uy.fill(0.0);
+    Ok((ring, motion.contact))
+}
+
+/// A relaxed place for a soft particle among the discs.
+///
+/// # Errors
+/// `bad_input` if every place near the centre lies inside a disc.
+pub fn place_point(e_w: f64, discs: &Arc<ObstacleArray>, dt: f64) -> Result<[f64; 2], Failure> {
+    let (gap_at, clearance) = discs.widest_gap_near_centre(SEARCH_RADIUS);
+    if clearance >= 0.5 {
+        return Ok(gap_at);
+    }
+    if clearance < 0.0 {
+        return Err(no_room(clearance));
+    }
+    let mut motion = SoftMotion::start(gap_at, e_w, 0.0, RELAX_RATE, dt, discs.clone());
+    for _ in 0..RELAX_TIME as u32 {
+        motion.advance((1.0 / dt).ceil() as u64);
+        if motion.observe().kinetic < AT_REST {
+            break;
+        }
+    }
+    let seen = motion.observe();
+    Ok([seen.x, seen.y])
+}
+
+fn no_room(clearance: f64) -> Failure {
+    Failure {
+        class: FailureClass::BadInput,
+        reason: format!(
+            "no room for a droplet within {SEARCH_RADIUS} sigma of the box centre: the widest gap has radius {clearance:.3}; \
+             lower density or raise w_ob"
+        ),
+        step: 0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::tension::Tension;
+    use crate::job::{Density, ObstacleField};
+
+    #[test]
+    fn a_droplet_blown_up_in_a_crowded_array_has_its_area_and_holds_no_disc() {
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(1.5), box_size: 30.0 };
+        let ring = Deformable { gamma: 1.0, kappa: 1e-3, k_a: 1e4, n_vertices: 128, e_w: 1e4, delta: 0.0123, eps: 0.1 };
+        for seed in 0..4 {
+            let discs = Arc::new(ObstacleArray::generate(&field, seed).unwrap());
+            let (placed, contact) = place_ring(&ring, Tension { gamma: 1.0 }, &discs, 1e-3, Level::new()).unwrap();
+            let (area, _) = placed.area_and_perimeter();
+            assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
+            assert!(contact.engulfed(&placed, &discs).is_none());
+        }
+    }
+}

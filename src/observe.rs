@@ -1,0 +1,128 @@
+//! What is recorded of a run: the columns of `samples`, and the extremes and means of a trajectory.
+//!
+//! | column | unit | value |
+//! |---|---|---|
+//! | t | t0 | time since gravity came on |
+//! | r | sigma | displacement of the centroid along +x |
+//! | h, y | sigma | centroid, unwrapped |
+//! | v_g | V_t | velocity of the centroid along +x |
+//! | ek_ratio | | E_k/E_t, `E_t = M V_t^2/2` |
+//! | shape | | `A = perimeter^2/(4 pi a)` (DP) |
+//! | area_error | | `a/a0 - 1` (DP) |
+
+use crate::droplet::Observation;
+use crate::job::{MASS, Point};
+use crate::trajectory::{Clog, Outcome, Samples, Trajectory};
+
+/// Share of the recorded time that counts as start-up.
+const START_UP: f64 = 0.1;
+
+/// Fewest samples that a slope is taken from.
+const FEWEST_SAMPLES: usize = 5;
+
+/// Collects the record of one run.
+#[derive(Clone, Debug)]
+pub struct Recorder {
+    v_t: f64,
+    start_x: f64,
+    samples: Samples,
+    shape_max: Option<f64>,
+    area_error_max: Option<f64>,
+    overlap_max: f64,
+    energy_rise_max: f64,
+}
+
+impl Recorder {
+    /// A record that begins with what is seen when gravity comes on.
+    pub fn new(point: &Point, begin: Observation) -> Self {
+        let mut recorder = Self {
+            v_t: point.v_t,
+            start_x: begin.x,
+            samples: Samples::default(),
+            shape_max: None,
+            area_error_max: None,
+            overlap_max: 0.0,
+            energy_rise_max: 0.0,
+        };
+        recorder.watch(&begin, 0.0);
+        recorder.record(0.0, &begin);
+        recorder
+    }
+
+    /// Displacement along +x since the start, in sigma.
+    pub fn displacement(&self, seen: &Observation) -> f64 {
+        seen.x - self.start_x
+    }
+
+    /// E_k/E_t.
+    pub fn ek_ratio(&self, seen: &Observation) -> f64 {
+        seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
+    }
+
+    /// Keeps the extremes.
+    pub fn watch(&mut self, seen: &Observation, energy_rise: f64) {
+        let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
+        self.shape_max = larger(self.shape_max, seen.shape);
+        self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
+        self.overlap_max = self.overlap_max.max(seen.overlap);
+        self.energy_rise_max = self.energy_rise_max.max(energy_rise);
+    }
+
+    /// Adds a sample.
+    pub fn record(&mut self, t: f64, seen: &Observation) {
+        let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
+        let samples = &mut self.samples;
+        samples.t.push(t);
+        samples.r.push(r);
+        samples.h.push(seen.x);
+        samples.y.push(seen.y);
+        samples.v_g.push(seen.velocity / self.v_t);
+        samples.ek_ratio.push(ek_ratio);
+        samples.shape.extend(seen.shape);
+        samples.area_error.extend(seen.area_error);
+    }
+
+    /// The trajectory, ended by `outcome` at time `t`.
+    pub fn finish(self, outcome: Outcome, t: f64, steps: u64, seen: &Observation, clog: Option<Clog>) -> Trajectory {
+        Trajectory {
+            outcome,
+            r_end: self.displacement(seen),
+            t_end: t,
+            v_g_mean: slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t),
+            ek_ratio_end: self.ek_ratio(seen),
+            shape_max: self.shape_max,
+            area_error_max: self.area_error_max,
+            overlap_max: self.overlap_max,
+            energy_rise_max: self.energy_rise_max,
+            delta_s: None,
+            steps,
+            clog,
+            samples: self.samples,
+        }
+    }
+}
+
+/// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
+///
+/// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
+///
+/// ```
+/// use meniscus::observe::slope_after_start_up;
+/// let t: Vec<f64> = (0..=10).map(f64::from).collect();
+/// let r: Vec<f64> = t.iter().map(|t| if *t < 1.0 { -7.0 } else { 3.0 + 0.5 * t }).collect();
+/// assert_eq!(slope_after_start_up(&t, &r), Some(0.5));
+/// ```
+pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
+    let (first, last) = (*t.first()?, *t.last()?);
+    let started = t.partition_point(|&time| time < first + START_UP * (last - first));
+    let (t, r) = (&t[started..], &r[started..]);
+    if t.len() < FEWEST_SAMPLES {
+        return None;
+    }
+    // Centred first: r and t are large where their differences matter.
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (t_mean, r_mean) = (mean(t), mean(r));
+    let covariance: f64 = t.iter().zip(r).map(|(t, r)| (t - t_mean) * (r - r_mean)).sum();
+    let variance: f64 = t.iter().map(|t| (t - t_mean) * (t - t_mean)).sum();
+    (variance > 0.0).then(|| covariance / variance)
+}

@@ -1,0 +1,4 @@
+//! Where droplets move.
+
+pub mod library;
+pub mod obstacles;

@@ -1,0 +1,352 @@
+//! A periodic box of discs at random: random sequential addition ([C24] 2.4).
+//!
+//! Discs of diameter `sigma_ob` are placed one after the other at uniformly random places, each kept if its surface
+//! stays further than `w_ob` from all earlier ones, until there are enough or, saturated, until no further one fits.
+//! Darts are thrown only into small squares that no single disc covers wholly, and the squares are quartered when few
+//! darts hit; that changes nothing in the distribution, and an empty list of squares proves saturation (Zhang and
+//! Torquato, Phys. Rev. E 88, 053312 (2013)).
+//!
+//! An array depends on the field and the seed alone, so the same arrays serve every droplet.
+
+use crate::job::{Density, ObstacleField};
+use crate::trajectory::{Failure, FailureClass};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Positions are multiples of this, so that moving them by whole boxes and origins is exact.
+const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
+
+/// The random stream that arrays draw from; other purposes use other numbers.
+const ARRAY_STREAM: u64 = 1;
+
+/// Discs in a periodic box, sorted by cell. About 21 bytes a disc.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleArray {
+    /// Side of the box.
+    pub box_size: f64,
+    /// Radius of a disc.
+    pub radius: f64,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Discs of cell k are `cell_start[k]..cell_start[k + 1]`.
+    cell_start: Vec<u32>,
+    cells: usize,
+}
+
+/// A disc near a droplet, in local coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its index in the array.
+    pub id: u32,
+    /// x of its centre.
+    pub x: f64,
+    /// y of its centre.
+    pub y: f64,
+}
+
+impl ObstacleArray {
+    /// Places the discs of `field` for `seed`.
+    ///
+    /// # Errors
+    /// `bad_input` if the box is full before the asked density is reached.
+    pub fn generate(field: &ObstacleField, seed: u64) -> Result<Self, Failure> {
+        let wanted = match field.density {
+            Density::Saturated => usize::MAX,
+            Density::Number(n) => (n * field.box_size * field.box_size).round() as usize,
+        };
+        let mut packing = Packing::new(field, seed);
+        packing.fill(wanted);
+        if packing.x.len() < wanted && wanted != usize::MAX {
+            let per_area = packing.x.len() as f64 / (field.box_size * field.box_size);
+            return Err(Failure {
+                class: FailureClass::BadInput,
+                reason: format!(
+                    "density = {} does not fit: with w_ob = {} and sigma_ob = {} the box of seed {seed} is full at {per_area:.3}",
+                    wanted as f64 / (field.box_size * field.box_size),
+                    field.w_ob,
+                    field.sigma_ob
+                ),
+                step: 0,
+            });
+        }
+        Ok(Self::from_centres(field.box_size, 0.5 * field.sigma_ob, &packing.x, &packing.y))
+    }
+
+    /// An array of discs at given places, `0 <= x, y < box_size`.
+    pub fn from_centres(box_size: f64, radius: f64, x: &[f64], y: &[f64]) -> Self {
+        let cells = ((x.len() as f64).sqrt() as usize).clamp(1, (box_size / radius.max(0.1)) as usize);
+        let cell_of = |c: f64| ((c / box_size * cells as f64) as usize).min(cells - 1);
+        let key: Vec<usize> = x.iter().zip(y).map(|(&x, &y)| cell_of(y) * cells + cell_of(x)).collect();
+        let mut cell_start = vec![0_u32; cells * cells + 1];
+        key.iter().for_each(|&k| cell_start[k + 1] += 1);
+        for k in 0..cells * cells {
+            cell_start[k + 1] += cell_start[k];
+        }
+        let mut next = cell_start.clone();
+        let (mut sorted_x, mut sorted_y) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for (i, &k) in key.iter().enumerate() {
+            sorted_x[next[k] as usize] = x[i];
+            sorted_y[next[k] as usize] = y[i];
+            next[k] += 1;
+        }
+        Self { box_size, radius, x: sorted_x, y: sorted_y, cell_start, cells }
+    }
+
+    /// Number of discs.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there is no disc at all.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`, all in coordinates
+    /// relative to `origin`; periodic images count as discs of the same id.
+    pub fn for_each_in(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Disc)) {
+        let width = self.box_size / self.cells as f64;
+        let cell = |c: f64| (c / width).floor() as i64;
+        let n = self.cells as i64;
+        for row in cell(origin[1] + bounds[2])..=cell(origin[1] + bounds[3]) {
+            let shift_y = row.div_euclid(n) as f64 * self.box_size - origin[1];
+            for column in cell(origin[0] + bounds[0])..=cell(origin[0] + bounds[1]) {
+                let shift_x = column.div_euclid(n) as f64 * self.box_size - origin[0];
+                let k = (row.rem_euclid(n) * n + column.rem_euclid(n)) as usize;
+                for i in self.cell_start[k]..self.cell_start[k + 1] {
+                    let (x, y) = (self.x[i as usize] + shift_x, self.y[i as usize] + shift_y);
+                    if x >= bounds[0] && x <= bounds[1] && y >= bounds[2] && y <= bounds[3] {
+                        visit(Disc { id: i, x, y });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Distance from a point to the nearest disc surface, looking no further than `reach`; negative inside a disc.
+    pub fn clearance(&self, point: [f64; 2], reach: f64) -> f64 {
+        let mut nearest = reach;
+        let far = reach + self.radius;
+        self.for_each_in(point, [-far, far, -far, far], |disc| {
+            nearest = nearest.min((disc.x * disc.x + disc.y * disc.y).sqrt() - self.radius);
+        });
+        nearest
+    }
+
+    /// The point of largest clearance within `radius` of the box centre, on a grid of 0.02 sigma; ties go to the first.
+    pub fn widest_gap_near_centre(&self, radius: f64) -> ([f64; 2], f64) {
+        let centre = 0.5 * self.box_size;
+        let steps = (radius / 0.02).round() as i32;
+        let mut best = ([centre, centre], f64::NEG_INFINITY);
+        for j in -steps..=steps {
+            for i in -steps..=steps {
+                let (dx, dy) = (0.02 * f64::from(i), 0.02 * f64::from(j));
+                if dx * dx + dy * dy > radius * radius {
+                    continue;
+                }
+                let point = [centre + dx, centre + dy];
+                let clearance = self.clearance(point, 0.75);
+                if clearance > best.1 {
+                    best = (point, clearance);
+                }
+            }
+        }
+        best
+    }
+}
+
+/// Discs while they are being placed.
+struct Packing {
+    box_size: f64,
+    /// Smallest distance of two centres.
+    spacing: f64,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Index + 1 of the disc in each cell; a cell is too small for two.
+    grid: Vec<u32>,
+    cells: usize,
+    random: ChaCha8Rng,
+}
+
+impl Packing {
+    fn new(field: &ObstacleField, seed: u64) -> Self {
+        let spacing = field.sigma_ob + field.w_ob;
+        // The diagonal of a cell is shorter than the spacing.
+        let cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
+        let mut key = [0_u8; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        let mut random = ChaCha8Rng::from_seed(key);
+        random.set_stream(ARRAY_STREAM);
+        let grid = vec![0; cells * cells];
+        Self { box_size: field.box_size, spacing, x: Vec::new(), y: Vec::new(), grid, cells, random }
+    }
+
+    /// Uniform in [0, 1).
+    fn uniform(&mut self) -> f64 {
+        (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn cell(&self, c: f64) -> usize {
+        ((c / self.box_size * self.cells as f64) as usize).min(self.cells - 1)
+    }
+
+    /// Calls `visit` with each disc near the point, relative to it, until it answers false; tells whether it never did.
+    fn all_near(&self, x: f64, y: f64, mut visit: impl FnMut(f64, f64) -> bool) -> bool {
+        let n = self.cells as i64;
+        let (cx, cy) = (self.cell(x) as i64, self.cell(y) as i64);
+        let half = 0.5 * self.box_size;
+        let wrap = |d: f64| {
+            if d > half {
+                d - self.box_size
+            } else if d < -half {
+                d + self.box_size
+            } else {
+                d
+            }
+        };
+        for row in cy - 2..=cy + 2 {
+            let base = row.rem_euclid(n) * n;
+            for column in cx - 2..=cx + 2 {
+                let slot = self.grid[(base + column.rem_euclid(n)) as usize];
+                if slot != 0 {
+                    let i = slot as usize - 1;
+                    if !visit(wrap(self.x[i] - x), wrap(self.y[i] - y)) {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+
+    /// Throws one dart into the square of side `side` with this lower corner; tells whether it became a disc.
+    fn dart(&mut self, x: f64, y: f64, side: f64) -> bool {
+        let grain = |c: f64| (c / GRAIN).floor() * GRAIN;
+        let (x, y) = (grain(x + side * self.uniform()), grain(y + side * self.uniform()));
+        let square = self.spacing * self.spacing;
+        if x >= self.box_size || y >= self.box_size || !self.all_near(x, y, |dx, dy| dx * dx + dy * dy > square) {
+            return false;
+        }
+        self.x.push(x);
+        self.y.push(y);
+        let slot = self.cell(y) * self.cells + self.cell(x);
+        self.grid[slot] = self.x.len() as u32;
+        true
+    }
+
+    /// Whether one disc forbids the whole square to further centres.
+    fn covered(&self, x: f64, y: f64, side: f64) -> bool {
+        let half = 0.5 * side;
+        let square = self.spacing * self.spacing;
+        let far = |d: f64| d.abs() + half;
+        !self.all_near(x + half, y + half, |dx, dy| far(dx) * far(dx) + far(dy) * far(dy) > square)
+    }
+
+    fn fill(&mut self, wanted: usize) {
+        // First into the whole box, until darts mostly miss.
+        let (mut hits, mut darts) = (0, 0);
+        while self.x.len() < wanted && (darts < 1000 || hits * 10 > darts) {
+            if darts >= 100_000 {
+                (hits, darts) = (hits / 2, darts / 2);
+            }
+            hits += usize::from(self.dart(0.0, 0.0, self.box_size));
+            darts += 1;
+        }
+        let mut side = self.box_size / self.cells as f64;
+        let mut squares: Vec<[f64; 2]> = Vec::new();
+        for row in 0..self.cells {
+            for column in 0..self.cells {
+                let corner = [column as f64 * side, row as f64 * side];
+                if self.x.len() < wanted && !self.covered(corner[0], corner[1], side) {
+                    squares.push(corner);
+                }
+            }
+        }
+        // Then into the squares that are left, quartered again and again.
+        while self.x.len() < wanted && !squares.is_empty() {
+            for _ in 0..squares.len() {
+                let pick = (self.uniform() * squares.len() as f64) as usize;
+                let [x, y] = squares[pick];
+                if self.dart(x, y, side) && self.x.len() >= wanted {
+                    return;
+                }
+            }
+            let half = 0.5 * side;
+            let quarters = |[x, y]: [f64; 2]| [[x, y], [x + half, y], [x, y + half], [x + half, y + half]];
+            squares = squares.into_iter().flat_map(quarters).filter(|&[x, y]| !self.covered(x, y, half)).collect();
+            side = half;
+            if side < 4.0 * GRAIN {
+                return;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn field(density: Density) -> ObstacleField {
+        ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density, box_size: 30.0 }
+    }
+
+    fn all(array: &ObstacleArray) -> Vec<Disc> {
+        let mut discs = Vec::new();
+        let end = array.box_size * (1.0 - 1e-15);
+        array.for_each_in([0.0, 0.0], [0.0, end, 0.0, end], |disc| discs.push(disc));
+        discs
+    }
+
+    #[test]
+    fn no_two_discs_come_closer_than_the_gap() {
+        let array = ObstacleArray::generate(&field(Density::Saturated), 3).unwrap();
+        for disc in all(&array) {
+            let mut near = 0;
+            array.for_each_in([disc.x, disc.y], [-0.5, 0.5, -0.5, 0.5], |other| {
+                near += usize::from(other.x * other.x + other.y * other.y <= 0.25);
+            });
+            assert_eq!(near, 1, "only the disc itself");
+        }
+    }
+
+    #[test]
+    fn a_saturated_array_has_the_known_coverage_and_no_room_left() {
+        // Jamming coverage of random sequential addition of discs: 0.5470 (Feder 1980; Zhang and Torquato 2013).
+        let array =
+            ObstacleArray::generate(&ObstacleField { box_size: 100.0, ..field(Density::Saturated) }, 1).unwrap();
+        let coverage = array.len() as f64 * std::f64::consts::PI * 0.25 * 0.25 / 1e4;
+        assert!((coverage - 0.547).abs() < 0.004, "{coverage}");
+        for k in 0..20_000_u32 {
+            let point = [f64::from(k % 151) * 0.66, f64::from(k / 151) * 0.75];
+            assert!(array.clearance(point, 1.0) <= 0.35 + 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_given_density_is_met_and_an_impossible_one_refused() {
+        let array = ObstacleArray::generate(&field(Density::Number(0.35)), 0).unwrap();
+        assert_eq!(array.len(), 315);
+        let error = ObstacleArray::generate(&field(Density::Number(2.95)), 0).unwrap_err();
+        assert!(error.reason.contains("density = 2.95"), "{error}");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_array_and_another_seed_another() {
+        let make = |seed| ObstacleArray::generate(&field(Density::Number(1.0)), seed).unwrap();
+        assert_eq!(make(5), make(5));
+        assert_ne!(make(5), make(6));
+    }
+
+    #[test]
+    fn discs_repeat_with_the_box() {
+        let array = ObstacleArray::generate(&field(Density::Number(1.0)), 2).unwrap();
+        let look = |origin: [f64; 2]| {
+            let mut seen = Vec::new();
+            array.for_each_in(origin, [-2.0, 2.0, -2.0, 2.0], |disc| seen.push(disc));
+            seen.sort_by_key(|disc| disc.id);
+            seen
+        };
+        assert_eq!(look([29.0, 1.0]), look([29.0 - 30.0, 1.0 + 90.0]));
+        assert!(look([29.0, 1.0]).len() > 8);
+    }
+}

@@ -1,0 +1,258 @@
+//! From a job to its trajectory: picks the concrete types once, then drives the motion from check to check.
+
+use crate::droplet::Observation;
+use crate::droplet::soft::SoftMotion;
+use crate::effects::area::Area;
+use crate::effects::far_drag::FarDrag;
+use crate::effects::gravity::Gravity;
+use crate::effects::perimeter::Perimeter;
+use crate::effects::tension::{LinearTension, Tension};
+use crate::effects::{BodyForce, Drag, EdgeForce};
+use crate::integrator::relax;
+use crate::integrator::verlet::{RingEffects, RingMotion};
+use crate::job::{Deformable, Job, MASS, Model, Point, Scene, regular_edge};
+use crate::observe::Recorder;
+use crate::scene::library::ArrayLibrary;
+use crate::scene::obstacles::ObstacleArray;
+use crate::trajectory::{Clog, Failure, FailureClass, Outcome, Trajectory};
+use fearless_simd::Level;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Longest simulated time between two looks at a droplet, in t0.
+const CHECK_EVERY: f64 = 1.0;
+
+/// Rise of the total energy over its lowest value so far that only an instability can cause.
+const ENERGY_RISE_LIMIT: f64 = 0.05;
+
+/// What a simulation needs besides its job.
+#[derive(Clone, Copy)]
+pub struct Context<'a> {
+    /// The shared obstacle arrays.
+    pub arrays: &'a ArrayLibrary,
+    /// The instruction set.
+    pub level: Level,
+    /// Set to end all simulations at their next check.
+    pub stop: &'a AtomicBool,
+}
+
+/// A droplet in motion, whatever its model.
+trait Motion {
+    /// Takes time steps.
+    fn advance(&mut self, steps: u64);
+    /// Moves the local origin next to the droplet.
+    fn follow(&mut self);
+    /// Reads off everything recorded.
+    fn observe(&mut self) -> Observation;
+    /// Centre of a disc inside the droplet.
+    fn engulfed(&self) -> Option<[f64; 2]>;
+}
+
+impl<E: EdgeForce, G: BodyForce, D: Drag> Motion for RingMotion<E, G, D> {
+    fn advance(&mut self, steps: u64) {
+        RingMotion::advance(self, steps);
+    }
+    fn follow(&mut self) {
+        RingMotion::follow(self);
+    }
+    fn observe(&mut self) -> Observation {
+        RingMotion::observe(self)
+    }
+    fn engulfed(&self) -> Option<[f64; 2]> {
+        RingMotion::engulfed(self)
+    }
+}
+
+impl Motion for SoftMotion {
+    fn advance(&mut self, steps: u64) {
+        SoftMotion::advance(self, steps);
+    }
+    fn follow(&mut self) {
+        SoftMotion::follow(self);
+    }
+    fn observe(&mut self) -> Observation {
+        SoftMotion::observe(self)
+    }
+    fn engulfed(&self) -> Option<[f64; 2]> {
+        None
+    }
+}
+
+/// Computes the trajectory of a job; `None` if it was told to stop before the end.
+///
+/// # Errors
+/// A [`Failure`] when the job cannot start, or its numbers leave the range that physics allows.
+pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, Failure> {
+    let point = &*job.point;
+    let Scene::Obstacles(field) = &point.scene;
+    let discs = context.arrays.get(job, field)?;
+    let mut motion = start(point, &discs, context.level)?;
+    drive(motion.as_mut(), point, context.stop)
+}
+
+/// Puts the droplet in place and picks the types of its effects.
+fn start(point: &Point, discs: &Arc<ObstacleArray>, level: Level) -> Result<Box<dyn Motion>, Failure> {
+    match &point.model {
+        Model::Soft(soft) => {
+            let position = relax::place_point(soft.e_w, discs, point.stepping.dt)?;
+            let drag_rate = 1.0 / point.v_t;
+            let motion = SoftMotion::start(position, soft.e_w, MASS, drag_rate, point.stepping.dt, discs.clone());
+            Ok(Box::new(motion))
+        }
+        Model::Deformable(ring) => {
+            let n = ring.n_vertices;
+            let rest = regular_edge(n);
+            let tension = Tension { gamma: ring.gamma };
+            if ring.kappa == 0.0 {
+                start_ring(point, ring, tension, discs, level)
+            } else if is_linear(ring) {
+                start_ring(point, ring, LinearTension { stiffness: ring.gamma / rest, rest }, discs, level)
+            } else {
+                let perimeter = Perimeter { stiffness: ring.kappa * ring.gamma * n as f64, rest };
+                start_ring(point, ring, (tension, perimeter), discs, level)
+            }
+        }
+    }
+}
+
+/// Whether tension and perimeter add up to the linear spring, `kappa = 1/(N_v l0)`.
+pub fn is_linear(ring: &Deformable) -> bool {
+    (ring.kappa * ring.n_vertices as f64 * regular_edge(ring.n_vertices) - 1.0).abs() < 1e-12
+}
+
+fn start_ring<E: EdgeForce>(
+    point: &Point,
+    parameters: &Deformable,
+    edge: E,
+    discs: &Arc<ObstacleArray>,
+    level: Level,
+) -> Result<Box<dyn Motion>, Failure> {
+    let dt = point.stepping.dt;
+    let (ring, contact) = relax::place_ring(parameters, edge, discs, dt, level)?;
+    let smoothing = parameters.eps * regular_edge(parameters.n_vertices);
+    let effects = RingEffects {
+        edge,
+        area: Area { stiffness: parameters.k_a, rest: MASS },
+        gravity: Gravity::new(parameters.n_vertices),
+        drag: FarDrag { rate: 1.0 / point.v_t },
+        eps_squared: smoothing * smoothing,
+    };
+    Ok(Box::new(RingMotion::start(ring, effects, contact, discs.clone(), dt, level)))
+}
+
+/// The times at which a run is looked at, in steps; they depend on the point alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Timetable {
+    check: u64,
+    checks_per_sample: u64,
+    end: u64,
+}
+
+impl Timetable {
+    fn of(point: &Point) -> Self {
+        let dt = point.stepping.dt;
+        let checks_per_sample = (point.sample_every / CHECK_EVERY).ceil().max(1.0);
+        let check = (point.sample_every / checks_per_sample / dt).round().max(1.0) as u64;
+        let end = (point.limits.t_max / dt - 1e-6).ceil().max(1.0) as u64;
+        Self { check, checks_per_sample: checks_per_sample as u64, end }
+    }
+}
+
+/// Advances from check to check until the run ends.
+fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Option<Trajectory>, Failure> {
+    let timetable = Timetable::of(point);
+    let dt = point.stepping.dt;
+    let begin = motion.observe();
+    let mut recorder = Recorder::new(point, begin);
+    let distance = point.limits.distance.unwrap_or(f64::INFINITY);
+    let threshold = point.limits.ek_threshold;
+    // A clog must show at two checks in a row: a turning point is at rest for an instant only.
+    let (mut has_moved, mut was_below) = (false, false);
+    let (mut lowest_energy, mut checks, mut step) = (begin.kinetic + begin.potential, 0_u64, 0_u64);
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let next = (step + timetable.check).min(timetable.end);
+        motion.advance(next - step);
+        motion.follow();
+        step = next;
+        checks += 1;
+        let t = step as f64 * dt;
+        let seen = motion.observe();
+        let fail = |class, reason| Failure { class, reason, step };
+        let energy = seen.kinetic + seen.potential;
+        let rise = energy - lowest_energy;
+        if !(rise < ENERGY_RISE_LIMIT) {
+            let reason = format!("the total energy rose by {rise:.3e} at t = {t}; lower dt");
+            return Err(fail(FailureClass::Unstable, reason));
+        }
+        if let Some([x, y]) = motion.engulfed() {
+            let reason = format!("the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w");
+            return Err(fail(FailureClass::Engulfed, reason));
+        }
+        lowest_energy = lowest_energy.min(energy);
+        recorder.watch(&seen, rise);
+        let ek_ratio = recorder.ek_ratio(&seen);
+        let is_below = ek_ratio < threshold;
+        has_moved |= !is_below;
+        let clogged = has_moved && is_below && was_below;
+        was_below = is_below;
+        let outcome = if clogged {
+            Some(Outcome::Clogged)
+        } else if recorder.displacement(&seen) >= distance {
+            Some(Outcome::Distance)
+        } else if step == timetable.end {
+            Some(Outcome::TimeLimit)
+        } else {
+            None
+        };
+        if outcome.is_some() || checks % timetable.checks_per_sample == 0 {
+            recorder.record(t, &seen);
+        }
+        if let Some(outcome) = outcome {
+            let clog = clogged.then(|| Clog {
+                t,
+                r: recorder.displacement(&seen),
+                x: seen.x,
+                y: seen.y,
+                ek_ratio,
+                shape: seen.shape,
+                contacts: seen.contacts,
+                mechanism: None,
+            });
+            return Ok(Some(recorder.finish(outcome, t, step, &seen, clog)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::{Density, Integrator, Limits, ObstacleField, Soft, Stepping};
+
+    fn point(sample_every: f64, dt: f64) -> Point {
+        Point {
+            model: Model::Soft(Soft { e_w: 1.0 }),
+            scene: Scene::Obstacles(ObstacleField {
+                w_ob: 0.2,
+                sigma_ob: 0.3,
+                density: Density::Saturated,
+                box_size: 30.0,
+            }),
+            v_t: 0.03,
+            stepping: Stepping { integrator: Integrator::Verlet, dt },
+            limits: Limits { t_max: 25.0, distance: None, ek_threshold: 1e-17 },
+            sample_every,
+        }
+    }
+
+    #[test]
+    fn checks_come_at_least_every_t0_and_divide_the_sampling_interval() {
+        let timetable = Timetable::of(&point(10.0, 1e-3));
+        assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, end: 25_000 });
+        assert_eq!(Timetable::of(&point(0.25, 1e-3)), Timetable { check: 250, checks_per_sample: 1, end: 25_000 });
+        let odd = Timetable::of(&point(2.5, 3e-4));
+        assert!((odd.check as f64 * odd.checks_per_sample as f64 * 3e-4 - 2.5).abs() < 3e-3);
+    }
+}
