@@ -11,6 +11,7 @@
 //! `t0 = sqrt(sigma/g)`. Gravity drives along `+x`. Equation numbers cite Cheng et al., "Flow and clogging of
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
+pub mod analysis;
 pub mod fits;
 pub mod job;
 pub mod stability;
