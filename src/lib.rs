@@ -14,5 +14,6 @@
 pub mod analysis;
 pub mod fits;
 pub mod job;
+pub mod report;
 pub mod stability;
 pub mod trajectory;
