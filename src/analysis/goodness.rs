@@ -101,6 +101,8 @@ mod tests {
             assert!((kolmogorov(gap, n) / p - 1.0).abs() < 0.1, "{n}: {}", kolmogorov(gap, n));
         }
         assert!((kolmogorov(1.358_1e-3, 1_000_000) - 0.05).abs() < 1e-4);
+        // T. Ferguson's calculator (UCLA): P(D_100 <= 0.1) = 0.74731.
+        assert!((kolmogorov(0.1, 100) - 0.252_69).abs() < 5e-3);
         assert_eq!(kolmogorov(0.0, 10), 1.0);
         assert!((kolmogorov(0.2 / 10.131, 100) - 1.0).abs() < 1e-9);
     }

@@ -51,8 +51,8 @@ mod tests {
 
     #[test]
     fn the_curve_of_the_6_mp_arm_is_the_published_one() {
-        // Remission times in weeks, Freireich et al., Blood 21, 699 (1963); P and its standard error as in
-        // Kleinbaum and Klein, "Survival Analysis", chapter 2, and in the output of R's `survfit`.
+        // Remission times in weeks, Freireich et al., Blood 21, 699 (1963); P and its standard error as tabulated
+        // in textbooks, for instance Kleinbaum and Klein, "Survival Analysis", chapter 2.
         let relapses = [6, 6, 6, 7, 10, 13, 16, 22, 23];
         let censored = [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35];
         let life = |weeks: &i32, clogged| Lifetime { r: f64::from(*weeks), clogged };
