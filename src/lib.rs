@@ -11,14 +11,21 @@
 //! `t0 = sqrt(sigma/g)`. Gravity drives along `+x`. Equation numbers cite Cheng et al., "Flow and clogging of
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
+pub mod analysis;
+pub mod campaign;
 pub mod droplet;
 pub mod effects;
+pub mod executor;
 pub mod fits;
 pub mod integrator;
 pub mod job;
 pub mod observe;
+pub mod plan;
+pub mod report;
 pub mod scene;
 pub mod simulate;
+pub mod speed;
 pub mod stability;
+pub mod store;
 pub mod trajectory;
 pub mod vector;

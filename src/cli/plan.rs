@@ -1,0 +1,34 @@
+//! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
+
+use super::run::threads;
+use super::{Exit, Outcome, print, store_of};
+use meniscus::campaign::Campaign;
+use meniscus::plan::{KnownJobs, Retry, plan};
+use meniscus::store::job_states;
+use meniscus::{speed, vector};
+use std::path::PathBuf;
+
+/// Arguments of `plan`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The campaign file
+    campaign: PathBuf,
+    /// The store [default: NAME.meniscus in this folder]
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Worker threads to estimate the time for [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+impl Arguments {
+    /// Runs the subcommand.
+    pub fn run(&self) -> Outcome {
+        let campaign = Campaign::load(&self.campaign)?;
+        let dir = store_of(self.store.as_deref(), &campaign.name);
+        let known = KnownJobs::new(job_states(&dir)?);
+        let plan = plan(&campaign, &known, &Retry::Nothing, &speed::measure(vector::best_level()));
+        print(&plan.render(threads(self.threads)))?;
+        Ok(Exit::Done)
+    }
+}

@@ -1,0 +1,143 @@
+//! The parameters of grid points by the names that campaigns and the view `runs` use, split into those that vary over
+//! the rows of a table and those that do not.
+
+use super::rounding::significant;
+use crate::job::{Deformable, Density, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use std::cmp::Ordering;
+
+/// Significant digits of a parameter, more only where they tell two values of a column apart.
+const DIGITS: usize = 6;
+
+/// The value of one parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Value {
+    Number(f64),
+    Name(&'static str),
+}
+
+impl Value {
+    fn text(self, digits: usize) -> String {
+        match self {
+            Self::Number(number) => significant(number, digits),
+            Self::Name(name) => name.to_owned(),
+        }
+    }
+
+    /// Numbers by size, before names.
+    fn order(&self, other: &Self) -> Ordering {
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => a.total_cmp(b),
+            (Self::Number(_), Self::Name(_)) => Ordering::Less,
+            (Self::Name(_), Self::Number(_)) => Ordering::Greater,
+            (Self::Name(a), Self::Name(b)) => a.cmp(b),
+        }
+    }
+}
+
+/// Points of one model in one kind of scene: what they share, and what tells them apart.
+pub(super) struct Split {
+    /// `gamma = 1.09` and so on, with no-break spaces: the parameters that all points share.
+    pub constant: Vec<String>,
+    /// Names of the others.
+    pub varying: Vec<&'static str>,
+    /// Their values, a row per point.
+    pub rows: Vec<Vec<String>>,
+    /// The points in the order of those values, as positions in the list given.
+    pub order: Vec<usize>,
+}
+
+/// Splits the parameters of points, all of one model in one kind of scene.
+pub(super) fn split(points: &[&Point]) -> Split {
+    let all: Vec<_> = points.iter().map(|point| parameters(point)).collect();
+    let mut split = Split {
+        constant: vec![],
+        varying: vec![],
+        rows: vec![vec![]; points.len()],
+        order: (0..points.len()).collect(),
+    };
+    let Some(first) = all.first() else { return split };
+    let mut columns = vec![];
+    for (i, &(name, value)) in first.iter().enumerate() {
+        let column: Vec<Value> = all.iter().map(|parameters| parameters[i].1).collect();
+        if column.iter().all(|other| *other == value) {
+            split.constant.push(format!("{name}\u{a0}=\u{a0}{}", value.text(DIGITS)));
+            continue;
+        }
+        split.varying.push(name);
+        split.rows.iter_mut().zip(texts(&column)).for_each(|(row, text)| row.push(text));
+        columns.push(column);
+    }
+    let compare = |&a: &usize, &b: &usize| {
+        let orders = columns.iter().map(|column| column[a].order(&column[b]));
+        orders.fold(Ordering::Equal, Ordering::then)
+    };
+    split.order.sort_by(compare);
+    split
+}
+
+/// The values of a column, with the fewest digits from [`DIGITS`] up that keep different values different.
+fn texts(column: &[Value]) -> Vec<String> {
+    let with = |digits| column.iter().map(|value| value.text(digits)).collect::<Vec<_>>();
+    let distinct = |texts: &[String]| {
+        let pairs = || column.iter().zip(texts);
+        pairs().all(|(a, text)| pairs().all(|(b, other)| a == b || text != other))
+    };
+    (DIGITS..17).map(with).find(|texts| distinct(texts)).unwrap_or_else(|| with(17))
+}
+
+/// All parameters of a point, in the order in which they are read. A field added to a point must be named here.
+fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
+    let Point { model, scene, v_t, stepping, limits, sample_every } = point;
+    let Stepping { integrator, dt } = stepping;
+    let Limits { t_max, distance, ek_threshold } = limits;
+    let mut list = match model {
+        Model::Deformable(Deformable { gamma, kappa, k_a, n_vertices, e_w, delta, eps }) => vec![
+            ("gamma", Value::Number(*gamma)),
+            ("kappa", Value::Number(*kappa)),
+            ("k_a", Value::Number(*k_a)),
+            ("n_vertices", Value::Number(*n_vertices as f64)),
+            ("e_w", Value::Number(*e_w)),
+            ("delta", Value::Number(*delta)),
+            ("eps", Value::Number(*eps)),
+        ],
+        Model::Soft(Soft { e_w }) => vec![("e_w", Value::Number(*e_w))],
+    };
+    match scene {
+        Scene::Obstacles(ObstacleField { w_ob, sigma_ob, density, box_size }) => {
+            let density = match density {
+                Density::Saturated => Value::Name("saturated"),
+                Density::Number(number) => Value::Number(*number),
+            };
+            list.extend([
+                ("w_ob", Value::Number(*w_ob)),
+                ("sigma_ob", Value::Number(*sigma_ob)),
+                ("density", density),
+                ("box_size", Value::Number(*box_size)),
+            ]);
+        }
+    }
+    list.extend([
+        ("v_t", Value::Number(*v_t)),
+        ("integrator", Value::Name(integrator.name())),
+        ("dt", Value::Number(*dt)),
+        ("t_max", Value::Number(*t_max)),
+        ("distance", distance.map_or(Value::Name("none"), Value::Number)),
+        ("ek_threshold", Value::Number(*ek_threshold)),
+        ("sample_every", Value::Number(*sample_every)),
+    ]);
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_shows_more_digits_only_where_values_would_look_alike() {
+        let column = [0.123_456_78, 0.5].map(Value::Number);
+        assert_eq!(texts(&column), ["0.123457", "0.5"]);
+        let column = [0.123_456_78, 0.123_456_79].map(Value::Number);
+        assert_eq!(texts(&column), ["0.12345678", "0.12345679"]);
+        assert_eq!(texts(&[Value::Name("saturated"), Value::Number(0.35)]), ["saturated", "0.35"]);
+    }
+}

@@ -1,0 +1,175 @@
+//! Tables of decay lengths and of mean speeds, one of each per model and kind of scene.
+//!
+//! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
+//! sorted by those columns. A line under the table says what the intervals mean.
+
+use super::parameters::{Split, split};
+use super::rounding::{lower_bound, significant, to_precision, with_interval};
+use crate::analysis::FittedPoint;
+use crate::fits::{LambdaFit, SpeedAverage};
+use crate::job::{Point, Scene};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+
+/// Below this probability a row is marked.
+const DOUBTFUL: f64 = 0.05;
+
+/// Width to which titles and footnotes are broken.
+const WIDTH: usize = 100;
+
+/// What a cell shows where there is no answer.
+const NOTHING: &str = "-";
+
+/// Lines above and below the table and under its head, none between rows or columns.
+const LINES: &str = "  ── ──      ──    ";
+
+const LAMBDA_NOTE: &str = "\
+lambda     decay length of the survival probability P(r) = exp(-r/lambda), in sigma, by maximum
+           likelihood; a run that did not clog counts as cut off at its r
+[a, b]     95% profile-likelihood interval: of many such intervals 95% hold the true lambda
+> a        nothing clogged; were lambda smaller, the chance of that would be below 5%
+least sq.  the paper's estimate, exp(-r/lambda) fitted to P(r)
+p_exp      chance of clogs as unevenly spread as these, were P(r) exponential; from 5 clogs on
+for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs
+";
+
+const SPEED_NOTE: &str = "\
+<v_g>/V_t  speed after the start-up, mean over the flowing runs: those that ended without a clog
+[a, b]     95% studentised bootstrap interval of that mean; from 5 flowing runs on
+";
+
+/// The tables of decay lengths.
+///
+/// Rows whose survival is hardly exponential (p < 0.05) bear a star, explained below with the number chance would give.
+pub fn decay_lengths(points: &[FittedPoint]) -> String {
+    let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "for ±10%"];
+    tables("Decay lengths", points, &headers, |row| lambda_cells(&row.lambda), lambda_notes)
+}
+
+/// The tables of mean speeds.
+pub fn mean_speeds(points: &[FittedPoint]) -> String {
+    let headers = ["flowing/runs", "<v_g>/V_t [95%]", "Ca"];
+    tables("Mean speeds", points, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
+}
+
+fn lambda_cells(fit: &LambdaFit) -> Vec<String> {
+    let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_owned());
+    let (lambda, least_squares) = match (fit.lambda, fit.lambda_low, fit.lambda_high) {
+        (Some(lambda), Some(low), Some(high)) => {
+            let narrower = (lambda - low).min(high - lambda);
+            let least_squares = fit.lambda_least_squares.map(|x| to_precision(x, narrower));
+            (Some(with_interval(lambda, low, high)), least_squares)
+        }
+        (None, Some(low), _) => (Some(lower_bound(low)), None),
+        _ => (None, None),
+    };
+    // Both endings are of one width, so that the digits stay aligned.
+    let p_text = |p: f64| {
+        let number = if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") };
+        number + if p < DOUBTFUL { " *" } else { "  " }
+    };
+    vec![
+        fit.runs.to_string(),
+        fit.clogs.to_string(),
+        or_nothing(lambda),
+        or_nothing(least_squares),
+        or_nothing(fit.p_exponential.map(p_text)),
+        or_nothing(fit.runs_for_ten_percent.map(|runs| runs.to_string())),
+    ]
+}
+
+fn lambda_notes(rows: &[&FittedPoint]) -> String {
+    let tested: Vec<f64> = rows.iter().filter_map(|row| row.lambda.p_exponential).collect();
+    let doubtful = tested.iter().filter(|&&p| p < DOUBTFUL).count();
+    if doubtful == 0 {
+        return LAMBDA_NOTE.to_owned();
+    }
+    let (tested, by_chance) = (tested.len(), significant(DOUBTFUL * tested.len() as f64, 2));
+    let footnote = format!(
+        "* p < {DOUBTFUL} in {doubtful} of {tested} rows tested, where chance alone gives {by_chance} on average: \
+         there one lambda may not describe P(r)."
+    );
+    format!("{LAMBDA_NOTE}{}", wrap(&footnote))
+}
+
+fn speed_cells(speed: &SpeedAverage) -> Vec<String> {
+    let half_width = match (speed.v_g, speed.v_g_low, speed.v_g_high) {
+        (Some(v_g), Some(low), Some(high)) => Some((v_g - low).min(high - v_g)),
+        _ => None,
+    };
+    let v_g = match (speed.v_g, speed.v_g_low, speed.v_g_high) {
+        (Some(v_g), Some(low), Some(high)) => with_interval(v_g, low, high),
+        (Some(v_g), ..) => significant(v_g, 2),
+        _ => NOTHING.to_owned(),
+    };
+    // Ca is v_g times a constant, and as uncertain.
+    let ca_text = |ca: f64| match (half_width, speed.v_g) {
+        (Some(width), Some(v_g)) if v_g > 0.0 => to_precision(ca, ca * width / v_g),
+        _ => significant(ca, 2),
+    };
+    vec![format!("{}/{}", speed.flowing, speed.runs), v_g, speed.ca.map_or_else(|| NOTHING.to_owned(), ca_text)]
+}
+
+/// One table per model and kind of scene, in the order in which they first appear.
+fn tables(
+    what: &str,
+    points: &[FittedPoint],
+    headers: &[&str],
+    cells: impl Fn(&FittedPoint) -> Vec<String>,
+    notes: impl Fn(&[&FittedPoint]) -> String,
+) -> String {
+    let kind = |row: &FittedPoint| (row.point.point.model.name(), row.point.point.scene.name());
+    let mut kinds = vec![];
+    for row in points {
+        if !kinds.contains(&kind(row)) {
+            kinds.push(kind(row));
+        }
+    }
+    if kinds.is_empty() {
+        return format!("{what}: no grid point has finished runs yet.\n");
+    }
+    let table = |&wanted: &(&str, &str)| {
+        let rows: Vec<&FittedPoint> = points.iter().filter(|row| kind(row) == wanted).collect();
+        let parameters: Vec<&Point> = rows.iter().map(|row| &row.point.point).collect();
+        let split = split(&parameters);
+        let title = format!("{what}, {}: {}", kind_in_words(parameters[0]), split.constant.join(", "));
+        let body = body(&split, &rows, headers, &cells);
+        format!("{}{body}\n{}", wrap(&title), notes(&rows))
+    };
+    kinds.iter().map(table).collect::<Vec<_>>().join("\n")
+}
+
+fn kind_in_words(point: &Point) -> String {
+    let scene = match point.scene {
+        Scene::Obstacles(_) => "obstacle arrays",
+    };
+    format!("{} in {scene}", point.model.name())
+}
+
+fn body(split: &Split, rows: &[&FittedPoint], headers: &[&str], cells: impl Fn(&FittedPoint) -> Vec<String>) -> String {
+    let mut table = Table::new();
+    table.load_preset(LINES).set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(split.varying.iter().chain(headers));
+    for &i in &split.order {
+        table.add_row(split.rows[i].iter().cloned().chain(cells(rows[i])));
+    }
+    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+    table.to_string()
+}
+
+/// The text in lines of at most [`WIDTH`] characters, each ended; broken at spaces, not at no-break spaces.
+fn wrap(text: &str) -> String {
+    let mut lines = String::new();
+    let mut length = 0;
+    for word in text.split(' ') {
+        let word_length = word.chars().count();
+        if length > 0 {
+            let fits = length + 1 + word_length <= WIDTH;
+            lines.push(if fits { ' ' } else { '\n' });
+            length = if fits { length + 1 } else { 0 };
+        }
+        lines.push_str(word);
+        length += word_length;
+    }
+    lines.push('\n');
+    lines.replace('\u{a0}', " ")
+}

@@ -1,0 +1,49 @@
+//! How fast this machine steps droplets, measured in a few milliseconds: what cost estimates are made from.
+
+use crate::droplet::deformable::Ring;
+use crate::droplet::soft::SoftMotion;
+use crate::effects::area::Area;
+use crate::effects::contact::Contact;
+use crate::effects::far_drag::FarDrag;
+use crate::effects::gravity::Gravity;
+use crate::effects::perimeter::Perimeter;
+use crate::effects::tension::Tension;
+use crate::integrator::verlet::{RingEffects, RingMotion};
+use crate::job::{MASS, regular_edge};
+use crate::plan::Speed;
+use crate::scene::obstacles::ObstacleArray;
+use fearless_simd::Level;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Time of a step of a 256-vertex ring, and of a point, that lean on two discs.
+pub fn measure(level: Level) -> Speed {
+    let n = 256;
+    let discs = Arc::new(ObstacleArray::from_centres(20.0, 0.15, &[10.5, 10.5], &[9.6, 10.4]));
+    let rest = regular_edge(n);
+    let effects = RingEffects {
+        edge: (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * n as f64, rest }),
+        area: Area { stiffness: 1e4, rest: MASS },
+        gravity: Gravity::new(n),
+        drag: FarDrag { rate: 33.0 },
+        eps_squared: 0.01 * rest * rest,
+    };
+    let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));
+    let contact = Contact::new(n, 1e4, rest, 0.15);
+    let mut deformable = RingMotion::start(ring, effects, contact, discs.clone(), 1e-3, level);
+    let mut soft = SoftMotion::start([9.8, 10.0], 10.0, MASS, 33.0, 1e-3, discs);
+    Speed {
+        deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,
+        soft_ns_per_step: fastest_ns(50_000, |steps| soft.advance(steps)),
+    }
+}
+
+/// Nanoseconds of a step, the best of three runs.
+fn fastest_ns(steps: u64, mut advance: impl FnMut(u64)) -> f64 {
+    let mut once = || {
+        let begin = Instant::now();
+        advance(steps);
+        begin.elapsed().as_secs_f64() * 1e9 / steps as f64
+    };
+    [once(), once(), once()].into_iter().fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,255 @@
+//! Laws of the estimators on synthetic runs of known lambda, and what the printed tables say.
+
+use meniscus::analysis::goodness::p_exponential;
+use meniscus::analysis::speed::speed_average;
+use meniscus::analysis::survival::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
+use meniscus::analysis::{fit_all, lambda_fit};
+use meniscus::fits::{FinishedRun, LambdaFit, PointRuns};
+use meniscus::job::*;
+use meniscus::report::tables::{decay_lengths, mean_speeds};
+use meniscus::trajectory::Outcome;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rayon::prelude::*;
+
+struct Draws(ChaCha8Rng);
+
+impl Draws {
+    fn seeded(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    fn uniform(&mut self) -> f64 {
+        ((self.0.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
+    }
+
+    fn exponential(&mut self, lambda: f64) -> f64 {
+        -lambda * libm::log(self.uniform())
+    }
+
+    fn normal(&mut self) -> f64 {
+        let angle = std::f64::consts::TAU * self.uniform();
+        self.exponential(2.0).sqrt() * libm::cos(angle)
+    }
+
+    /// A droplet that would clog after `r` but is cut off at `limit`.
+    fn life(r: f64, limit: f64) -> Lifetime {
+        Lifetime { r: r.min(limit), clogged: r <= limit }
+    }
+}
+
+fn ring(gamma: f64) -> Model {
+    let delta = std::f64::consts::PI / 256.0;
+    Model::Deformable(Deformable { gamma, kappa: 1e-3, k_a: 1e4, n_vertices: 256, e_w: 1e4, delta, eps: 0.1 })
+}
+
+fn point_runs(model: Model, runs: Vec<FinishedRun>) -> PointRuns {
+    let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.35), box_size: 500.0 };
+    let point = Point {
+        model,
+        scene: Scene::Obstacles(field),
+        v_t: 0.03,
+        stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
+        limits: Limits { t_max: 2e5, distance: Some(60.0), ek_threshold: 1e-17 },
+        sample_every: 10.0,
+    };
+    PointRuns { point_id: point.id(), point, runs }
+}
+
+/// `n` runs of decay length `lambda`, ended at 60 sigma, those that flow at a speed near 0.7 V_t.
+fn synthetic(gamma: f64, lambda: f64, n: u64) -> PointRuns {
+    let mut draws = Draws::seeded(gamma.to_bits());
+    let run = |seed| {
+        let Lifetime { r, clogged } = Draws::life(draws.exponential(lambda), 60.0);
+        let outcome = if clogged { Outcome::Clogged } else { Outcome::Distance };
+        FinishedRun { seed, outcome, r_end: r, t_end: r / 0.02, v_g_mean: Some(0.7 + 0.03 * draws.normal()) }
+    };
+    point_runs(ring(gamma), (0..n).map(run).collect())
+}
+
+/// All numbers of a decay-length fit, for comparison.
+fn numbers(fit: &LambdaFit) -> [Option<f64>; 5] {
+    [fit.lambda, fit.lambda_low, fit.lambda_high, fit.lambda_least_squares, fit.p_exponential]
+}
+
+#[test]
+fn a_95_percent_interval_of_lambda_holds_the_truth_in_93_to_97_percent() {
+    // Runs and the chance of each to clog before it is cut off: about 5, 20 and 50 clogs.
+    for (n, chance) in [(50, 0.1), (50, 0.4), (100, 0.5), (5, 1.0)] {
+        let mut draws = Draws::seeded(n);
+        let limit = -24.0 * libm::log(1.0 - chance);
+        let repetitions = 4000;
+        let mut held = 0;
+        for _ in 0..repetitions {
+            let lives = (0..n).map(|_| Draws::life(draws.exponential(24.0), limit)).collect();
+            held += u32::from(match maximum_likelihood(&Lifetimes::new(lives)) {
+                DecayLength::Measured { low, high, .. } => low <= 24.0 && 24.0 <= high,
+                DecayLength::Above(low) => low <= 24.0,
+                DecayLength::Unknown => false,
+            });
+        }
+        let coverage = f64::from(held) / f64::from(repetitions);
+        println!("{n} runs, {chance} clog: coverage {coverage}");
+        assert!((0.93..=0.97).contains(&coverage), "{n} runs of which {chance} clog: {coverage}");
+    }
+}
+
+#[test]
+fn the_bound_without_clogs_is_wrong_in_5_percent_of_the_cases_at_worst() {
+    // 20 runs of 60 sigma: a lambda of exactly the bound gives no clog in one case of twenty.
+    let truth = 20.0 * 60.0 / -libm::log(0.05);
+    let mut draws = Draws::seeded(5);
+    let mut unclogged = 0;
+    for _ in 0..10_000 {
+        let lives = (0..20).map(|_| Draws::life(draws.exponential(truth), 60.0)).collect();
+        if let DecayLength::Above(bound) = maximum_likelihood(&Lifetimes::new(lives)) {
+            assert!((bound / truth - 1.0).abs() < 1e-12);
+            unclogged += 1;
+        }
+    }
+    assert!((440..=560).contains(&unclogged), "{unclogged}");
+}
+
+/// Share of 10 000 sets of lives with p below 0.05, below 0.25, below 0.5.
+fn shares_of_small_p(n: usize, life: impl Fn(&mut Draws) -> Lifetime + Sync) -> [f64; 3] {
+    let p_of = |seed: u64| {
+        let mut draws = Draws::seeded(seed);
+        p_exponential(&Lifetimes::new((0..n).map(|_| life(&mut draws)).collect()))
+    };
+    let all: Vec<f64> = (0..10_000).into_par_iter().filter_map(p_of).collect();
+    [0.05, 0.25, 0.5].map(|level| all.iter().filter(|&&p| p <= level).count() as f64 / all.len() as f64)
+}
+
+#[test]
+fn p_is_uniform_when_survival_is_exponential() {
+    // Three standard errors of a share of 10 000, and a little for the small-n series.
+    let uniform = |name: &str, [a, b, c]: [f64; 3]| {
+        println!("{name}: p <= 0.05 in {a:.3}, <= 0.25 in {b:.3}, <= 0.5 in {c:.3}");
+        let far = [(a - 0.05) / 0.007, (b - 0.25) / 0.02, (c - 0.5) / 0.03];
+        assert!(far.iter().all(|x| x.abs() < 1.0), "{name}: {a} {b} {c}");
+    };
+    uniform("all clog", shares_of_small_p(30, |d| Draws::life(d.exponential(1.0), 1e9)));
+    uniform("only six runs", shares_of_small_p(6, |d| Draws::life(d.exponential(1.0), 1e9)));
+    uniform("cut off at a distance", shares_of_small_p(30, |d| Draws::life(d.exponential(1.0), 1.0)));
+    uniform("one in five clogs", shares_of_small_p(50, |d| Draws::life(d.exponential(1.0), 0.223)));
+    let anywhere = |d: &mut Draws| Draws::life(d.exponential(1.0), 0.3 + 1.4 * d.uniform());
+    uniform("cut off anywhere", shares_of_small_p(30, anywhere));
+}
+
+#[test]
+fn p_is_small_when_survival_is_not_exponential() {
+    // Weibull of shape 2 (ageing) and 1/2 (the weak clog first), and of shape 2 with 37% cut off.
+    let [ageing, ..] = shares_of_small_p(30, |d| Draws::life(d.exponential(1.0).sqrt(), 1e9));
+    let [weak_first, ..] = shares_of_small_p(30, |d| Draws::life(d.exponential(1.0).powi(2), 1e9));
+    let [cut_off, ..] = shares_of_small_p(50, |d| Draws::life(d.exponential(1.0).sqrt(), 1.0));
+    println!("power: {ageing:.3} {weak_first:.3} {cut_off:.3}");
+    assert!(ageing > 0.95 && weak_first > 0.95 && cut_off > 0.9, "{ageing} {weak_first} {cut_off}");
+}
+
+#[test]
+fn lengths_in_another_unit_give_the_same_fit_in_that_unit() {
+    let one = synthetic(1.09, 24.0, 40);
+    for unit in [1e-3, 7.0, 4096.0] {
+        let mut other = one.clone();
+        other.runs.iter_mut().for_each(|run| run.r_end *= unit);
+        other.point.limits.distance = Some(60.0 * unit);
+        let (mut expected, found) = (numbers(&lambda_fit(&one)), numbers(&lambda_fit(&other)));
+        expected[..4].iter_mut().flatten().for_each(|length| *length *= unit);
+        for (a, b) in expected.iter().zip(found) {
+            assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 1e-6, "{expected:?} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn the_order_of_the_runs_and_the_threads_change_no_bit() {
+    let one = synthetic(1.09, 24.0, 40);
+    let mut other = one.clone();
+    other.runs.reverse();
+    other.runs.swap(3, 17);
+    let points = [one, other];
+    let fits = fit_all(&points);
+    assert_eq!(fits[0].lambda, fits[1].lambda);
+    assert_eq!(fits[0].speed, fits[1].speed);
+    assert_eq!((fits[0].lambda, fits[0].speed), (lambda_fit(&points[0]), speed_average(&points[0])));
+}
+
+#[test]
+fn the_interval_of_a_mean_speed_holds_the_truth() {
+    // Ten runs; skewed downwards, as speeds below V_t are. Three standard errors of 2000 are 1.5%.
+    let repetitions = 2000_u32;
+    let coverage = |speed: fn(&mut Draws) -> f64, truth: f64| {
+        let held = |seed: u32| {
+            let mut draws = Draws::seeded(u64::from(seed));
+            let run = |seed| FinishedRun {
+                seed,
+                outcome: Outcome::TimeLimit,
+                r_end: 60.0,
+                t_end: 1.0,
+                v_g_mean: Some(speed(&mut draws)),
+            };
+            let average = speed_average(&point_runs(ring(1.0), (0..10).map(run).collect()));
+            average.v_g_low.unwrap() <= truth && truth <= average.v_g_high.unwrap()
+        };
+        let held = (0..repetitions).into_par_iter().filter(|&seed| held(seed)).count();
+        held as f64 / f64::from(repetitions)
+    };
+    let normal = coverage(|d| 0.7 + 0.05 * d.normal(), 0.7);
+    let skewed = coverage(|d| 1.0 - 0.2 * libm::exp(0.5 * d.normal()), 1.0 - 0.2 * libm::exp(0.125));
+    println!("ten speeds: normal {normal}, skewed {skewed}");
+    assert!((0.93..=0.97).contains(&normal) && (0.92..=0.97).contains(&skewed), "{normal} {skewed}");
+}
+
+#[test]
+fn only_runs_that_flowed_are_averaged_and_ca_follows() {
+    let run = |outcome, v_g_mean| FinishedRun { seed: 0, outcome, r_end: 60.0, t_end: 1.0, v_g_mean };
+    let runs = vec![
+        run(Outcome::TimeLimit, Some(0.6)),
+        run(Outcome::Distance, Some(0.8)),
+        run(Outcome::Exited, Some(0.7)),
+        run(Outcome::Distance, None),
+        run(Outcome::Clogged, Some(0.1)),
+        run(Outcome::Settled, Some(0.0)),
+    ];
+    let speed = speed_average(&point_runs(ring(0.5), runs.clone()));
+    assert_eq!((speed.runs, speed.flowing), (6, 3));
+    assert!((speed.v_g.unwrap() - 0.7).abs() < 1e-15 && speed.v_g_low.is_none());
+    assert!((speed.ca.unwrap() - 0.7 * std::f64::consts::PI / 2.0).abs() < 1e-14);
+    let soft = speed_average(&point_runs(Model::Soft(Soft { e_w: 10.0 }), runs[4..].to_vec()));
+    assert_eq!((soft.runs, soft.flowing, soft.v_g, soft.ca), (2, 0, None, None));
+}
+
+#[test]
+fn a_point_without_runs_has_a_fit_without_answers() {
+    let fit = lambda_fit(&point_runs(ring(1.0), vec![]));
+    assert_eq!((fit.runs, fit.clogs, fit.runs_for_ten_percent), (0, 0, None));
+    assert_eq!(numbers(&fit), [None; 5]);
+}
+
+#[test]
+fn tables_show_what_varies_and_name_what_does_not() {
+    let mut points = vec![synthetic(1.09, 24.0, 50), synthetic(0.2, 1e9, 20), synthetic(3.0, 41.0, 50)];
+    let constant = |seed| FinishedRun { seed, outcome: Outcome::Clogged, r_end: 9.0, t_end: 1.0, v_g_mean: None };
+    points.push(point_runs(ring(10.0), (0..12).map(constant).collect()));
+    points.push(point_runs(Model::Soft(Soft { e_w: 10.0 }), vec![]));
+    let fits = fit_all(&points);
+    let text = decay_lengths(&fits);
+    println!("{text}\n{}", mean_speeds(&fits));
+    let row = |gamma: &str| text.lines().find(|line| line.trim_start().starts_with(gamma)).unwrap().to_owned();
+    // 20 runs of 60 sigma without a clog: 1200/2.9957 = 400.57.
+    assert!(row("0.2 ").contains("> 400") && row("10 ").contains("< 0.001 *"), "{text}");
+    let position = |gamma: &str| text.find(&row(gamma)).unwrap();
+    assert!(position("0.2 ") < position("1.09 ") && position("1.09 ") < position("3 "));
+    assert!(text.contains("DP in obstacle arrays: kappa = 1e-3, k_a = 1e4, n_vertices = 256"), "{text}");
+    assert!(text.contains("SP in obstacle arrays: e_w = 10") && !text.contains("gamma ="));
+    assert!(text.contains("p < 0.05 in 1 of 3 rows tested, where chance alone gives 0.15"), "{text}");
+    let speeds = mean_speeds(&fits);
+    assert!(speeds.contains("20/20") && speeds.contains("0/12"), "{speeds}");
+    assert!(text.lines().chain(speeds.lines()).all(|line| line.chars().count() <= 100));
+}
+
+#[test]
+fn tables_of_nothing_say_so() {
+    assert_eq!(decay_lengths(&[]), "Decay lengths: no grid point has finished runs yet.\n");
+    assert_eq!(mean_speeds(&[]), "Mean speeds: no grid point has finished runs yet.\n");
+}
