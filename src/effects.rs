@@ -31,6 +31,20 @@ pub trait EdgeForce: Copy + Send + Sync + 'static {
     fn energy(self, length: f64) -> f64;
 }
 
+/// No force along the edges.
+impl EdgeForce for () {
+    const NEEDS_LENGTH: bool = false;
+
+    #[inline(always)]
+    fn coefficient<S: Simd>(self, simd: S, _: f64x8<S>) -> f64x8<S> {
+        f64x8::splat(simd, 0.0)
+    }
+
+    fn energy(self, _: f64) -> f64 {
+        0.0
+    }
+}
+
 impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
     const NEEDS_LENGTH: bool = A::NEEDS_LENGTH || B::NEEDS_LENGTH;
 

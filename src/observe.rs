@@ -126,3 +126,32 @@ pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
     let variance: f64 = t.iter().map(|t| (t - t_mean) * (t - t_mean)).sum();
     (variance > 0.0).then(|| covariance / variance)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_keeps_its_digits_far_from_the_origin() {
+        let t: Vec<f64> = (0..200).map(|i| 1e6 + f64::from(i)).collect();
+        let r: Vec<f64> = (0..200).map(|i| 4096.0 + 0.25 * f64::from(i)).collect();
+        assert_eq!(slope_after_start_up(&t, &r), Some(0.25));
+    }
+
+    #[test]
+    fn a_slope_needs_five_samples_after_the_start_up() {
+        let t: Vec<f64> = (0..6).map(f64::from).collect();
+        assert_eq!(slope_after_start_up(&t, &t), Some(1.0));
+        assert_eq!(slope_after_start_up(&t[..5], &t[..5]), None);
+        assert_eq!(slope_after_start_up(&[], &[]), None);
+        assert_eq!(slope_after_start_up(&[2.0; 9], &[3.0; 9]), None);
+    }
+
+    #[test]
+    fn the_start_up_is_a_tenth_of_the_time_not_of_the_samples() {
+        // Nine hasty samples within the first tenth of the time, then a steady slope of 2.
+        let t: Vec<f64> = (0..9).map(|i| 0.1 * f64::from(i)).chain((1..=10).map(f64::from)).collect();
+        let r: Vec<f64> = t.iter().map(|&t| if t < 1.0 { 50.0 } else { 2.0 * t }).collect();
+        assert_eq!(slope_after_start_up(&t, &r), Some(2.0));
+    }
+}

@@ -1,4 +1,4 @@
-//! Mean speed: of one run as the slope of r(t), of a grid point as the mean over its runs that flow.
+//! Mean speed of a grid point: the mean over its runs that flow, each the slope of its r(t) after the start-up.
 //!
 //! **Interval.** Ten arrays a point are common, and a plain percentile bootstrap of ten values is too narrow. Coverage
 //! of nominal 95% intervals for ten values (4000 sets each):
@@ -21,12 +21,6 @@ use crate::trajectory::Outcome;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Share of the recorded time that counts as start-up.
-const START_UP: f64 = 0.1;
-
-/// Fewest samples that give a slope.
-const FEWEST_SAMPLES: usize = 5;
-
 /// Fewest runs that give an interval.
 const FEWEST_RUNS: usize = 5;
 
@@ -40,31 +34,6 @@ const MOST_REPEATED: usize = RESAMPLES / 100;
 
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0073_7065_6564;
-
-/// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
-///
-/// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
-///
-/// ```
-/// use meniscus::analysis::speed::slope_after_start_up;
-/// let t: Vec<f64> = (0..=10).map(f64::from).collect();
-/// let r: Vec<f64> = t.iter().map(|t| if *t < 1.0 { -7.0 } else { 3.0 + 0.5 * t }).collect();
-/// assert_eq!(slope_after_start_up(&t, &r), Some(0.5));
-/// ```
-pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
-    debug_assert_eq!(t.len(), r.len(), "one displacement for every time");
-    let (first, last) = (*t.first()?, *t.last()?);
-    let started = t.partition_point(|&time| time < first + START_UP * (last - first));
-    let (t, r) = (&t[started..], &r[started..]);
-    if t.len() < FEWEST_SAMPLES {
-        return None;
-    }
-    // Centred first: r and t are large where their differences matter.
-    let (t_mean, r_mean) = (mean(t), mean(r));
-    let covariance: f64 = t.iter().zip(r).map(|(t, r)| (t - t_mean) * (r - r_mean)).sum();
-    let variance: f64 = t.iter().map(|t| (t - t_mean) * (t - t_mean)).sum();
-    (variance > 0.0).then(|| covariance / variance)
-}
 
 /// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have one, with a 95% interval.
 ///
@@ -131,30 +100,6 @@ fn mean(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_slope_keeps_its_digits_far_from_the_origin() {
-        let t: Vec<f64> = (0..200).map(|i| 1e6 + f64::from(i)).collect();
-        let r: Vec<f64> = (0..200).map(|i| 4096.0 + 0.25 * f64::from(i)).collect();
-        assert_eq!(slope_after_start_up(&t, &r), Some(0.25));
-    }
-
-    #[test]
-    fn a_slope_needs_five_samples_after_the_start_up() {
-        let t: Vec<f64> = (0..6).map(f64::from).collect();
-        assert_eq!(slope_after_start_up(&t, &t), Some(1.0));
-        assert_eq!(slope_after_start_up(&t[..5], &t[..5]), None);
-        assert_eq!(slope_after_start_up(&[], &[]), None);
-        assert_eq!(slope_after_start_up(&[2.0; 9], &[3.0; 9]), None);
-    }
-
-    #[test]
-    fn the_start_up_is_a_tenth_of_the_time_not_of_the_samples() {
-        // Nine hasty samples within the first tenth of the time, then a steady slope of 2.
-        let t: Vec<f64> = (0..9).map(|i| 0.1 * f64::from(i)).chain((1..=10).map(f64::from)).collect();
-        let r: Vec<f64> = t.iter().map(|&t| if t < 1.0 { 50.0 } else { 2.0 * t }).collect();
-        assert_eq!(slope_after_start_up(&t, &r), Some(2.0));
-    }
 
     #[test]
     fn too_few_or_too_equal_values_have_no_interval() {

@@ -1,0 +1,198 @@
+//! Laws of the ring: forces, energy, terminal speed, Laplace pressure, and equal bits on every instruction set.
+
+use fearless_simd::Level;
+use meniscus::droplet::deformable::Ring;
+use meniscus::effects::area::Area;
+use meniscus::effects::contact::Contact;
+use meniscus::effects::far_drag::FarDrag;
+use meniscus::effects::gravity::{Gravity, Weightless};
+use meniscus::effects::perimeter::Perimeter;
+use meniscus::effects::tension::{LinearTension, Tension};
+use meniscus::effects::{BodyForce, EdgeForce};
+use meniscus::integrator::verlet::{RingEffects, RingMotion};
+use meniscus::job::{MASS, regular_edge};
+use meniscus::scene::obstacles::ObstacleArray;
+use std::sync::Arc;
+
+const N: usize = 100;
+const NO_AREA: Area = Area { stiffness: 0.0, rest: MASS };
+const AREA: Area = Area { stiffness: 1e4, rest: MASS };
+const DT: f64 = 1e-3;
+
+fn discs() -> Arc<ObstacleArray> {
+    Arc::new(ObstacleArray::from_centres(40.0, 0.15, &[10.6, 10.55, 9.9], &[10.2, 9.7, 10.6]))
+}
+
+fn nothing() -> Arc<ObstacleArray> {
+    Arc::new(ObstacleArray::from_centres(40.0, 0.15, &[], &[]))
+}
+
+fn effects<E: EdgeForce, G: BodyForce>(edge: E, area: Area, gravity: G, rate: f64) -> RingEffects<E, G, FarDrag> {
+    let eps = 0.1 * regular_edge(N);
+    RingEffects { edge, area, gravity, drag: FarDrag { rate }, eps_squared: eps * eps }
+}
+
+/// A ring bent out of shape, on no symmetry.
+fn bent() -> Ring {
+    let mut ring = Ring::regular(N, [10.0, 10.0], 0.5);
+    for i in 0..N {
+        let angle = 0.37 + 2.0 * std::f64::consts::PI * i as f64 / N as f64;
+        ring.x[i] *= 1.0 + 0.1 * libm::sin(3.0 * angle) + 0.01 * libm::cos(17.0 * angle);
+        ring.y[i] *= 1.0 + 0.07 * libm::cos(2.0 * angle);
+    }
+    ring.close();
+    ring
+}
+
+fn motion<E: EdgeForce, G: BodyForce>(
+    ring: Ring,
+    effects: RingEffects<E, G, FarDrag>,
+    e_w: f64,
+    discs: Arc<ObstacleArray>,
+    level: Level,
+) -> RingMotion<E, G, FarDrag> {
+    RingMotion::start(ring, effects, Contact::new(N, e_w, 0.0123, 0.15), discs, DT, level)
+}
+
+/// Central differences of the energy against the force, relative to the largest force.
+fn check_gradient<E: EdgeForce, G: BodyForce>(effects: RingEffects<E, G, FarDrag>, e_w: f64) {
+    let mut motion = motion(bent(), effects, e_w, discs(), Level::new());
+    let (fx, fy) = motion.forces();
+    let largest = fx.iter().chain(&fy).fold(0.0, |a: f64, f| a.max(f.abs()));
+    assert!(largest > 0.0, "the term must act on this ring");
+    let h = 1e-6;
+    for i in 0..N {
+        for (axis, force) in [(0, fx[i]), (1, fy[i])] {
+            let energy_at = |shift: f64| {
+                let mut moved = motion.clone();
+                let coordinate = if axis == 0 { &mut moved.ring.x[i] } else { &mut moved.ring.y[i] };
+                *coordinate += shift;
+                moved.ring.close();
+                moved.potential_energy()
+            };
+            let slope = (energy_at(h) - energy_at(-h)) / (2.0 * h);
+            assert!((force + slope).abs() < 1e-6 * largest, "vertex {i} axis {axis}: force {force}, slope {slope}");
+        }
+    }
+}
+
+#[test]
+fn tension_is_minus_the_gradient_of_its_energy() {
+    check_gradient(effects(Tension { gamma: 1.3 }, NO_AREA, Weightless, 0.0), 0.0);
+}
+
+#[test]
+fn perimeter_elasticity_is_minus_the_gradient_of_its_energy() {
+    check_gradient(effects(Perimeter { stiffness: 80.0, rest: regular_edge(N) }, NO_AREA, Weightless, 0.0), 0.0);
+}
+
+#[test]
+fn linear_tension_is_minus_the_gradient_of_its_energy() {
+    let rest = regular_edge(N);
+    check_gradient(effects(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, Weightless, 0.0), 0.0);
+}
+
+#[test]
+fn pressure_is_minus_the_gradient_of_the_area_energy() {
+    check_gradient(effects((), Area { stiffness: 1.0, rest: 0.7 }, Weightless, 0.0), 0.0);
+}
+
+#[test]
+fn weight_is_minus_the_gradient_of_the_gravity_energy() {
+    check_gradient(effects((), NO_AREA, Gravity::new(N), 0.0), 0.0);
+}
+
+#[test]
+fn contact_is_minus_the_gradient_of_its_energy() {
+    check_gradient(effects((), NO_AREA, Weightless, 0.0), 1e4);
+}
+
+fn general() -> (Tension, Perimeter) {
+    (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * N as f64, rest: regular_edge(N) })
+}
+
+fn total_energy<E: EdgeForce, G: BodyForce>(motion: &mut RingMotion<E, G, FarDrag>) -> f64 {
+    let seen = motion.observe();
+    seen.kinetic + seen.potential
+}
+
+#[test]
+fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
+    let worst = |dt: f64| {
+        let contact = Contact::new(N, 1e4, 0.0123, 0.15);
+        let free = effects(general(), AREA, Weightless, 0.0);
+        let mut motion = RingMotion::start(bent(), free, contact, nothing(), dt, Level::new());
+        let begin = total_energy(&mut motion);
+        (0..100).fold(0.0, |worst: f64, _| {
+            motion.advance((0.01 / dt).round() as u64);
+            worst.max((total_energy(&mut motion) - begin).abs())
+        })
+    };
+    let (coarse, fine) = (worst(2e-4), worst(1e-4));
+    let order = libm::log2(coarse / fine);
+    assert!((1.8..2.2).contains(&order), "errors {coarse:.2e} and {fine:.2e}, order {order}");
+}
+
+#[test]
+fn with_drag_the_total_energy_never_rises() {
+    let falling = effects(general(), AREA, Gravity::new(N), 33.0);
+    let start = Ring::regular(N, [9.2, 10.0], Ring::regular_radius(N));
+    let mut motion = motion(start, falling, 1e4, discs(), Level::new());
+    let mut lowest = total_energy(&mut motion);
+    for _ in 0..600 {
+        motion.advance(100);
+        let energy = total_energy(&mut motion);
+        assert!(energy <= lowest + 1e-12, "rose by {:.2e}", energy - lowest);
+        lowest = lowest.min(energy);
+    }
+    assert!(motion.observe().contacts > 0, "the droplet must have met an obstacle");
+}
+
+#[test]
+fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
+    let v_t = 0.03;
+    let falling = effects(general(), AREA, Gravity::new(N), 1.0 / v_t);
+    let start = Ring::regular(N, [10.0, 10.0], Ring::regular_radius(N));
+    let mut motion = motion(start, falling, 1e4, nothing(), Level::new());
+    motion.advance(20_000);
+    let seen = motion.observe();
+    assert!((seen.velocity / v_t - 1.0).abs() < 1e-9);
+    let regular_polygon = 1.0 + std::f64::consts::PI.powi(2) / (3.0 * (N * N) as f64);
+    assert!((seen.shape.unwrap() - regular_polygon).abs() < 1e-6);
+}
+
+#[test]
+fn a_free_circle_holds_the_pressure_gamma_over_radius() {
+    let gamma = 1.7;
+    let resting = effects(Tension { gamma }, AREA, Weightless, 33.0);
+    let mut motion = motion(Ring::regular(N, [10.0, 10.0], 0.5), resting, 1e4, nothing(), Level::new());
+    motion.advance(50_000);
+    let (area, _) = motion.ring.area_and_perimeter();
+    let radius = (area / std::f64::consts::PI).sqrt();
+    // eps = 0.1 l0 weakens the tension by l/l_eps = 0.995.
+    let smoothed = gamma / 1.01_f64.sqrt();
+    assert!((AREA.pressure(area) * radius / smoothed - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    let run = |level| {
+        let falling = effects(general(), AREA, Gravity::new(N), 33.0);
+        let mut motion = motion(bent(), falling, 1e4, discs(), level);
+        motion.advance(20_000);
+        (motion.ring.x, motion.ring.y, motion.ring.ux, motion.ring.uy)
+    };
+    assert!(run(Level::new()) == run(Level::fallback()));
+}
+
+#[test]
+fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
+    let begin = || motion(bent(), effects(general(), AREA, Gravity::new(N), 33.0), 1e4, discs(), Level::new());
+    let (mut whole, mut cut) = (begin(), begin());
+    whole.advance(5000);
+    for steps in [1, 7, 992, 3000, 1000] {
+        cut.advance(steps);
+        cut.observe();
+    }
+    assert!(whole.ring.x == cut.ring.x && whole.ring.uy == cut.ring.uy);
+}
