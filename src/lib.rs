@@ -14,4 +14,5 @@
 pub mod fits;
 pub mod job;
 pub mod stability;
+pub mod store;
 pub mod trajectory;
