@@ -1,0 +1,165 @@
+//! Finding and reading recorded series through the catalogue, while a run may be adding to it.
+//!
+//! A lookup of one job decodes just its rows. A join that walks many small jobs of one file would decode the same page
+//! again and again, so a second lookup close to the last one decodes the pages around it whole, and keeps them.
+
+use super::samples::{OpenFile, PAGE_ROWS};
+use super::{StoreError, database, read};
+use arrow::array::{RecordBatch, RecordBatchReader};
+use arrow::compute::concat_batches;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
+use rusqlite::{Connection, OptionalExtension};
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Footers kept in memory.
+const FOOTERS: usize = 1024;
+
+/// The sample files of one store, for reading.
+#[derive(Debug)]
+pub(super) struct Catalogue {
+    dir: PathBuf,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    conn: Connection,
+    footers: HashMap<String, OpenFile>,
+    last: Option<Block>,
+}
+
+/// Where the rows of a job are.
+#[derive(Clone, Debug)]
+struct Place {
+    path: String,
+    rows: Range<usize>,
+}
+
+/// Rows that the last lookup decoded.
+#[derive(Debug)]
+struct Block {
+    place: Place,
+    columns: u64,
+    batch: RecordBatch,
+}
+
+/// The rows of one job.
+pub(super) enum JobRows {
+    /// Nothing was recorded, or the job is unknown.
+    None,
+    /// All at once.
+    Decoded(RecordBatch),
+    /// Too many for that.
+    Streamed(ParquetRecordBatchReader),
+}
+
+impl Catalogue {
+    /// Opens the catalogue of the store in `dir`.
+    pub(super) fn open(dir: &Path) -> Result<Self, StoreError> {
+        let conn = read::open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
+        let state = State { conn, footers: HashMap::new(), last: None };
+        Ok(Self { dir: dir.to_owned(), state: Mutex::new(state) })
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // A panic elsewhere cannot leave the caches wrong, only emptier.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The sample files, oldest first.
+    pub(super) fn files(&self) -> Result<Vec<String>, StoreError> {
+        let state = self.state();
+        let list = || -> rusqlite::Result<Vec<String>> {
+            let mut statement = state.conn.prepare_cached("SELECT path FROM sample_files ORDER BY key")?;
+            statement.query_map([], |row| row.get(0))?.collect()
+        };
+        list().map_err(StoreError::sql(&database(&self.dir)))
+    }
+
+    /// Reads the whole file `path`; `columns` is a bit mask.
+    pub(super) fn read_file(&self, path: &str, columns: u64) -> Result<ParquetRecordBatchReader, StoreError> {
+        let file = self.state().footer(&self.dir, path)?;
+        file.read(0..file.rows(), columns)
+    }
+
+    /// Reads the rows of one job; `columns` is a bit mask.
+    pub(super) fn read_job(&self, job_id: &str, columns: u64) -> Result<JobRows, StoreError> {
+        let mut state = self.state();
+        let place = state.place(job_id).map_err(StoreError::sql(&database(&self.dir)))?;
+        let Some(place) = place.filter(|place| !place.rows.is_empty()) else { return Ok(JobRows::None) };
+        if let Some(block) = state.last.as_ref().filter(|block| block.covers(&place, columns)) {
+            return Ok(JobRows::Decoded(block.slice(&place.rows)));
+        }
+        let file = state.footer(&self.dir, &place.path)?;
+        if place.rows.len() >= PAGE_ROWS {
+            return file.read(place.rows, columns).map(JobRows::Streamed);
+        }
+        let walking = state.last.as_ref().is_some_and(|block| block.is_near(&place));
+        let rows = if walking { whole_pages(&place.rows, file.rows()) } else { place.rows.clone() };
+        let batch = decode(&file, rows.clone(), columns)?;
+        let block = Block { place: Place { path: place.path, rows }, columns, batch };
+        let slice = block.slice(&place.rows);
+        state.last = Some(block);
+        Ok(JobRows::Decoded(slice))
+    }
+}
+
+impl State {
+    fn place(&self, job_id: &str) -> rusqlite::Result<Option<Place>> {
+        let mut statement = self.conn.prepare_cached(
+            "SELECT sample_files.path, first_row, row_count FROM jobs
+             JOIN sample_index ON sample_index.job = jobs.key
+             JOIN sample_files ON sample_files.key = sample_index.file
+             WHERE jobs.job_id = ?1",
+        )?;
+        let place = statement.query_row([job_id], |row| {
+            let (first, count): (usize, usize) = (row.get::<_, u32>(1)? as usize, row.get::<_, u32>(2)? as usize);
+            Ok(Place { path: row.get(0)?, rows: first..first + count })
+        });
+        place.optional()
+    }
+
+    fn footer(&mut self, dir: &Path, path: &str) -> Result<OpenFile, StoreError> {
+        if let Some(file) = self.footers.get(path) {
+            return Ok(file.clone());
+        }
+        if self.footers.len() >= FOOTERS {
+            self.footers.clear();
+        }
+        let file = OpenFile::open(dir.join(path))?;
+        self.footers.insert(path.to_owned(), file.clone());
+        Ok(file)
+    }
+}
+
+impl Block {
+    fn covers(&self, place: &Place, columns: u64) -> bool {
+        let Range { start, end } = self.place.rows;
+        self.columns == columns && self.place.path == place.path && start <= place.rows.start && place.rows.end <= end
+    }
+
+    fn is_near(&self, place: &Place) -> bool {
+        let (from, to) = (self.place.rows.start, self.place.rows.end + PAGE_ROWS);
+        self.place.path == place.path && from <= place.rows.end + PAGE_ROWS && place.rows.start <= to
+    }
+
+    fn slice(&self, rows: &Range<usize>) -> RecordBatch {
+        self.batch.slice(rows.start - self.place.rows.start, rows.len())
+    }
+}
+
+/// The pages that hold `rows`, as rows, of a file of `total` rows.
+fn whole_pages(rows: &Range<usize>, total: usize) -> Range<usize> {
+    rows.start / PAGE_ROWS * PAGE_ROWS..rows.end.next_multiple_of(PAGE_ROWS).min(total)
+}
+
+fn decode(file: &OpenFile, rows: Range<usize>, columns: u64) -> Result<RecordBatch, StoreError> {
+    let reader = file.read(rows, columns)?;
+    let schema = reader.schema();
+    let batches = reader.collect::<Result<Vec<_>, _>>();
+    let joined = batches.and_then(|batches| concat_batches(&schema, &batches));
+    joined.map_err(|error| StoreError::parquet(file.path())(error.into()))
+}

@@ -1,0 +1,176 @@
+//! The commit protocol: the samples of a batch as one file, safely on disk; then everything else in one transaction.
+//!
+//! A crash between the two leaves a file that no row names, removed at the next opening. Committing the same batch again
+//! is harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
+
+use super::samples::{self, SCHEMA_VERSION, SampleFile};
+use super::{Store, StoreError, database};
+use crate::job::JobId;
+use crate::trajectory::{Clog, Failure, Samples, Trajectory};
+use rusqlite::{Connection, OptionalExtension, params};
+use std::collections::HashSet;
+
+/// Outcomes and marks that commit together.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    /// Jobs that workers took up.
+    pub started: Vec<JobId>,
+    /// Jobs that ended.
+    pub finished: Vec<FinishedJob>,
+}
+
+/// A job that ended.
+#[derive(Debug)]
+pub(super) struct FinishedJob {
+    pub job: JobId,
+    pub result: Result<Trajectory, Failure>,
+    pub wall_s: f64,
+    /// When the writer heard of it, in unix seconds.
+    pub at: f64,
+}
+
+/// An outcome that the store does not have yet, and its job's key.
+struct NewOutcome<'a> {
+    key: i64,
+    finished: &'a FinishedJob,
+}
+
+impl NewOutcome<'_> {
+    /// The recorded series, if there is one.
+    fn samples(&self) -> Option<(JobId, &Samples)> {
+        let trajectory = self.finished.result.as_ref().ok()?;
+        Some((self.finished.job, &trajectory.samples)).filter(|(_, samples)| !samples.is_empty())
+    }
+}
+
+/// Commits a batch; returns the jobs that the store does not know, whose outcomes have no place in it.
+///
+/// # Errors
+/// What the system, Parquet or SQLite report. Then nothing is committed, and committing again is safe.
+pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, StoreError> {
+    let path = database(&store.dir);
+    let (outcomes, unknown) = new_outcomes(&store.conn, &batch.finished).map_err(StoreError::sql(&path))?;
+    let series: Vec<_> = outcomes.iter().filter_map(NewOutcome::samples).collect();
+    let file = if series.is_empty() { None } else { Some(samples::write(&store.dir, &series)?) };
+    let run = store.run;
+    let mut save = || {
+        let transaction = store.conn.transaction()?;
+        if let Some(file) = &file {
+            catalogue(&transaction, file, &outcomes)?;
+        }
+        outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run))?;
+        mark_started(&transaction, &batch.started)?;
+        transaction.commit()
+    };
+    save().map_err(StoreError::sql(&path))?;
+    Ok(unknown)
+}
+
+/// Those outcomes whose jobs wait for one, the first of each job; and the jobs that are not in the store.
+fn new_outcomes<'a>(
+    conn: &Connection,
+    finished: &'a [FinishedJob],
+) -> rusqlite::Result<(Vec<NewOutcome<'a>>, Vec<JobId>)> {
+    let mut find = conn.prepare_cached("SELECT key, state IN ('pending', 'running') FROM jobs WHERE job_id = ?1")?;
+    let (mut outcomes, mut unknown, mut seen) = (Vec::with_capacity(finished.len()), Vec::new(), HashSet::new());
+    for finished in finished {
+        let found = find.query_row([finished.job.to_string()], |row| Ok((row.get(0)?, row.get(1)?))).optional()?;
+        match found {
+            None => unknown.push(finished.job),
+            Some((key, true)) if seen.insert(key) => outcomes.push(NewOutcome { key, finished }),
+            Some(_) => tracing::debug!(job = %finished.job, "this job has an outcome already, the second is dropped"),
+        }
+    }
+    Ok((outcomes, unknown))
+}
+
+fn catalogue(conn: &Connection, file: &SampleFile, outcomes: &[NewOutcome<'_>]) -> rusqlite::Result<()> {
+    let mut add_file = conn.prepare_cached(
+        "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)",
+    )?;
+    add_file.execute(params![file.path, file.rows as i64, file.bytes as i64, file.checksum, SCHEMA_VERSION])?;
+    let file_key = conn.last_insert_rowid();
+    let mut add_rows = conn.prepare_cached("INSERT OR REPLACE INTO sample_index VALUES (?1, ?2, ?3, ?4)")?;
+    let mut first_row = 0;
+    for outcome in outcomes {
+        let Some((_, samples)) = outcome.samples() else { continue };
+        let row_count = samples.len() as i64;
+        add_rows.execute((outcome.key, file_key, first_row, row_count))?;
+        first_row += row_count;
+    }
+    Ok(())
+}
+
+fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>) -> rusqlite::Result<()> {
+    let NewOutcome { key, finished: FinishedJob { result, wall_s, at, .. } } = outcome;
+    // A mark that got lost counts as an attempt all the same.
+    let mut set_state =
+        conn.prepare_cached("UPDATE jobs SET attempts = attempts + (state = 'pending'), state = ?2 WHERE key = ?1")?;
+    match result {
+        Ok(run_result) => {
+            set_state.execute((key, "done"))?;
+            save_trajectory(conn, *key, run_result, *wall_s, *at, run)?;
+            run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))
+        }
+        Err(failure) => {
+            set_state.execute((key, "failed"))?;
+            let mut insert = conn.prepare_cached(
+                "INSERT OR REPLACE INTO outcomes (job, wall_s, error_class, error, error_step, provenance, finished)
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+            )?;
+            let class = failure.class.name();
+            insert.execute(params![key, wall_s, class, failure.reason, integer(failure.step), run, at]).map(drop)
+        }
+    }
+}
+
+fn save_trajectory(
+    conn: &Connection,
+    key: i64,
+    trajectory: &Trajectory,
+    wall_s: f64,
+    at: f64,
+    run: Option<i64>,
+) -> rusqlite::Result<()> {
+    let mut insert = conn.prepare_cached(
+        "INSERT OR REPLACE INTO outcomes (job, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max,
+             area_error_max, overlap_max, delta_s, steps, wall_s, provenance, finished)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+    )?;
+    insert.execute(params![
+        key,
+        trajectory.outcome.name(),
+        trajectory.r_end,
+        trajectory.t_end,
+        trajectory.v_g_mean,
+        trajectory.ek_ratio_end,
+        trajectory.shape_max,
+        trajectory.area_error_max,
+        trajectory.overlap_max,
+        trajectory.delta_s,
+        integer(trajectory.steps),
+        wall_s,
+        run,
+        at,
+    ])?;
+    Ok(())
+}
+
+fn save_clog(conn: &Connection, key: i64, clog: &Clog) -> rusqlite::Result<()> {
+    let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO clogs VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)")?;
+    let Clog { t, r, x, y, ek_ratio, shape, contacts, mechanism } = clog;
+    insert.execute(params![key, t, r, x, y, ek_ratio, shape, contacts, mechanism.map(|mechanism| mechanism.name())])?;
+    Ok(())
+}
+
+fn mark_started(conn: &Connection, started: &[JobId]) -> rusqlite::Result<()> {
+    let mut mark = conn.prepare_cached(
+        "UPDATE jobs SET state = 'running', attempts = attempts + 1 WHERE job_id = ?1 AND state = 'pending'",
+    )?;
+    started.iter().try_for_each(|job| mark.execute([job.to_string()]).map(drop))
+}
+
+/// A count of steps for SQLite, whose integers end at 2^63.
+fn integer(steps: u64) -> i64 {
+    i64::try_from(steps).unwrap_or(i64::MAX)
+}

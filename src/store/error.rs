@@ -1,0 +1,128 @@
+//! What can go wrong with a store, each with the place and the next step.
+
+use super::lock::Holder;
+use crate::job::JobId;
+use std::path::{Path, PathBuf};
+
+/// An operation on a store that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The folder holds no store.
+    #[error("no store at {}: `meniscus run CAMPAIGN.toml` creates one", .0.display())]
+    Missing(PathBuf),
+    /// Another process writes this store.
+    #[error(
+        "{} is in use by {holder}: wait for it, stop it, or name another folder with --store",
+        dir.display()
+    )]
+    Locked {
+        /// Folder of the store.
+        dir: PathBuf,
+        /// Who holds it.
+        holder: Holder,
+    },
+    /// A later program wrote this store.
+    #[error(
+        "{} has schema {found}, this program knows schemas up to {known}: use the newer meniscus that wrote it",
+        path.display()
+    )]
+    Newer {
+        /// The database.
+        path: PathBuf,
+        /// Its schema.
+        found: usize,
+        /// The latest schema of this program.
+        known: usize,
+    },
+    /// An earlier program wrote this store, and reading must not change it.
+    #[error("{} has the older schema {found}: `meniscus run` or `meniscus fit` migrates it, keeping a backup", path.display())]
+    Older {
+        /// The database.
+        path: PathBuf,
+        /// Its schema.
+        found: usize,
+    },
+    /// The database belongs to another program.
+    #[error("{} is a database of another program: name another folder with --store", .0.display())]
+    Foreign(PathBuf),
+    /// The folder lies where SQLite's write-ahead log cannot work.
+    #[error(
+        "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store \
+         (many machines: `meniscus submit` gives each its own shard)",
+        dir.display()
+    )]
+    NetworkFileSystem {
+        /// Folder of the store.
+        dir: PathBuf,
+        /// The kind of file system.
+        kind: &'static str,
+    },
+    /// Reading or writing a file failed.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// SQLite failed.
+    #[error("{}: {source}", path.display())]
+    Sql {
+        /// The database.
+        path: PathBuf,
+        /// What SQLite said.
+        source: rusqlite::Error,
+    },
+    /// A Parquet file could not be written or read.
+    #[error("{}: {source}", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// What the Parquet library said.
+        source: parquet::errors::ParquetError,
+    },
+    /// A row holds what no program of this schema writes.
+    #[error("store row of {row}: {problem}; `meniscus check DIR` examines the whole store")]
+    Corrupt {
+        /// Which row.
+        row: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A seed too large for SQLite's integers.
+    #[error("seed {0} is too large: seeds end below 2^63")]
+    SeedTooLarge(u64),
+    /// An outcome came for a job that was never registered.
+    #[error("job {0} is not in the store, so its outcome could not be kept: register it before it runs")]
+    UnknownJob(JobId),
+    /// The writer could not save outcomes and stopped trying.
+    #[error("{unsaved} outcomes could not be saved in {attempts} attempts ({source}): free the disk, then `run` again")]
+    GaveUp {
+        /// Outcomes lost, to be computed again.
+        unsaved: usize,
+        /// How often the commit was tried.
+        attempts: usize,
+        /// The last failure.
+        source: Box<StoreError>,
+    },
+    /// The writer thread panicked.
+    #[error("the writer of the store panicked: finished jobs are safe, `run` again computes the rest")]
+    WriterPanicked,
+}
+
+impl StoreError {
+    /// For `map_err`: an I/O error at `path`.
+    pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Io { path: path.to_owned(), source }
+    }
+
+    /// For `map_err`: an SQLite error of the database at `path`.
+    pub(super) fn sql(path: &Path) -> impl FnOnce(rusqlite::Error) -> Self {
+        move |source| Self::Sql { path: path.to_owned(), source }
+    }
+
+    /// For `map_err`: a Parquet error of the file at `path`.
+    pub(super) fn parquet(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> Self {
+        move |source| Self::Parquet { path: path.to_owned(), source }
+    }
+}

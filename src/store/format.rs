@@ -1,0 +1,221 @@
+//! Rows as text or Parquet: a table for people, CSV, JSON and Parquet for programs.
+//!
+//! Programs get numbers with all their digits, so that they read back bit for bit; people get six.
+
+use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use comfy_table::{Cell, CellAlignment, Table, presets};
+use parquet::arrow::ArrowWriter;
+use rusqlite::types::{Value, ValueRef};
+use std::io::{Result, Write};
+use std::str::FromStr;
+use std::sync::Arc;
+
+/// How the answer to a query is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Aligned columns, for reading; NULL is empty.
+    Table,
+    /// Comma-separated values (RFC 4180) under a line of names; NULL is empty.
+    Csv,
+    /// An array of objects, one a line.
+    Json,
+    /// One Parquet file.
+    Parquet,
+}
+
+impl FromStr for Format {
+    type Err = String;
+    fn from_str(name: &str) -> std::result::Result<Self, String> {
+        match name {
+            "table" => Ok(Self::Table),
+            "csv" => Ok(Self::Csv),
+            "json" => Ok(Self::Json),
+            "parquet" => Ok(Self::Parquet),
+            _ => Err(format!("`{name}` is no format: choose table, csv, json or parquet")),
+        }
+    }
+}
+
+/// Where rows go, in one of the formats.
+pub(super) struct Sink<'a> {
+    format: Format,
+    names: Vec<String>,
+    out: &'a mut dyn Write,
+    /// All rows so far, of the formats that need them all.
+    kept: Vec<Vec<Value>>,
+    rows: usize,
+}
+
+impl<'a> Sink<'a> {
+    /// Writes what stands before the rows.
+    pub(super) fn begin(format: Format, names: Vec<String>, out: &'a mut dyn Write) -> Result<Self> {
+        match format {
+            Format::Csv => {
+                let names: Vec<String> = names.iter().map(|name| csv_text(name)).collect();
+                writeln!(out, "{}", names.join(","))?;
+            }
+            Format::Json => write!(out, "[")?,
+            Format::Table | Format::Parquet => {}
+        }
+        let names = if matches!(format, Format::Json | Format::Parquet) { distinct(names) } else { names };
+        Ok(Self { format, names, out, kept: Vec::new(), rows: 0 })
+    }
+
+    /// Takes one row.
+    pub(super) fn row(&mut self, values: &[ValueRef<'_>]) -> Result<()> {
+        self.rows += 1;
+        match self.format {
+            Format::Csv => {
+                let cells: Vec<String> = values.iter().map(|value| csv_cell(*value)).collect();
+                writeln!(self.out, "{}", cells.join(","))
+            }
+            Format::Json => {
+                let members = self.names.iter().zip(values);
+                let members: Vec<String> =
+                    members.map(|(name, value)| format!("{}:{}", json_text(name), json_cell(*value))).collect();
+                write!(self.out, "{}{{{}}}", if self.rows == 1 { "\n" } else { ",\n" }, members.join(","))
+            }
+            Format::Table | Format::Parquet => {
+                self.kept.push(values.iter().map(|value| owned(*value)).collect());
+                Ok(())
+            }
+        }
+    }
+
+    /// Writes what stands after the rows.
+    pub(super) fn end(self) -> Result<()> {
+        match self.format {
+            Format::Csv => {}
+            Format::Json => writeln!(self.out, "\n]")?,
+            Format::Table => writeln!(self.out, "{}", table(&self.names, &self.kept))?,
+            Format::Parquet => self.out.write_all(&parquet(&self.names, &self.kept).map_err(std::io::Error::other)?)?,
+        }
+        self.out.flush()
+    }
+}
+
+/// Names made distinct by numbers, as in `t, r, t_2`, for formats where a name must mean one column.
+fn distinct(names: Vec<String>) -> Vec<String> {
+    let mut distinct: Vec<String> = Vec::with_capacity(names.len());
+    for name in names {
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|name| !distinct.contains(name));
+        distinct.extend(free);
+    }
+    distinct
+}
+
+fn owned(value: ValueRef<'_>) -> Value {
+    match value {
+        ValueRef::Null => Value::Null,
+        ValueRef::Integer(number) => Value::Integer(number),
+        ValueRef::Real(number) => Value::Real(number),
+        ValueRef::Text(bytes) => Value::Text(text(bytes)),
+        ValueRef::Blob(bytes) => Value::Blob(bytes.to_owned()),
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn csv_cell(value: ValueRef<'_>) -> String {
+    match value {
+        ValueRef::Null => String::new(),
+        ValueRef::Integer(number) => number.to_string(),
+        ValueRef::Real(number) => format!("{number:?}"),
+        // Quoted, lest it be taken for NULL.
+        ValueRef::Text([]) => "\"\"".to_owned(),
+        ValueRef::Text(bytes) => csv_text(&text(bytes)),
+        ValueRef::Blob(bytes) => hex(bytes),
+    }
+}
+
+fn csv_text(text: &str) -> String {
+    match text.contains(['"', ',', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}
+
+fn json_text(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn json_cell(value: ValueRef<'_>) -> String {
+    match value {
+        ValueRef::Null => "null".to_owned(),
+        ValueRef::Integer(number) => number.to_string(),
+        // JSON has no infinity: it becomes null.
+        ValueRef::Real(number) => serde_json::Value::from(number).to_string(),
+        ValueRef::Text(bytes) => json_text(&text(bytes)),
+        ValueRef::Blob(bytes) => json_text(&hex(bytes)),
+    }
+}
+
+fn table(names: &[String], rows: &[Vec<Value>]) -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    let is_number =
+        |column: usize| rows.iter().all(|row| matches!(row[column], Value::Null | Value::Integer(_) | Value::Real(_)));
+    let alignment: Vec<CellAlignment> = (0..names.len())
+        .map(|column| if is_number(column) { CellAlignment::Right } else { CellAlignment::Left })
+        .collect();
+    let aligned = |(text, alignment): (String, &CellAlignment)| Cell::new(text).set_alignment(*alignment);
+    table.set_header(names.iter().cloned().zip(&alignment).map(aligned));
+    for row in rows {
+        table.add_row(row.iter().map(table_cell).zip(&alignment).map(aligned));
+    }
+    table
+}
+
+fn table_cell(value: &Value) -> String {
+    match value {
+        Value::Real(number) => {
+            let six_digits: f64 = format!("{number:.5e}").parse().unwrap_or(*number);
+            format!("{six_digits:?}")
+        }
+        Value::Text(text) => text.clone(),
+        other => csv_cell(other.into()),
+    }
+}
+
+/// One file; a column of integers or of numbers keeps its type, any other becomes text.
+fn parquet(names: &[String], rows: &[Vec<Value>]) -> parquet::errors::Result<Vec<u8>> {
+    let columns = names.iter().enumerate().map(|(index, name)| {
+        let values = || rows.iter().map(move |row| &row[index]);
+        let column: ArrayRef = if values().all(|value| matches!(value, Value::Null | Value::Integer(_))) {
+            Arc::new(values().map(integer).collect::<Int64Array>())
+        } else if values().all(|value| matches!(value, Value::Null | Value::Integer(_) | Value::Real(_))) {
+            Arc::new(values().map(real).collect::<Float64Array>())
+        } else {
+            let text = |value: &Value| (*value != Value::Null).then(|| plain_text(value));
+            Arc::new(values().map(text).collect::<StringArray>())
+        };
+        (name.as_str(), column, true)
+    });
+    let batch = RecordBatch::try_from_iter_with_nullable(columns)?;
+    let mut writer = ArrowWriter::try_new(Vec::new(), batch.schema(), None)?;
+    writer.write(&batch)?;
+    writer.into_inner()
+}
+
+fn integer(value: &Value) -> Option<i64> {
+    if let Value::Integer(number) = value { Some(*number) } else { None }
+}
+
+fn real(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(number) => Some(*number as f64),
+        Value::Real(number) => Some(*number),
+        _ => None,
+    }
+}
+
+fn plain_text(value: &Value) -> String {
+    if let Value::Text(text) = value { text.clone() } else { csv_cell(value.into()) }
+}

@@ -1,0 +1,152 @@
+//! One writer at a time: a lock that the kernel releases with the process, however it ends.
+//!
+//! The file `lock` also holds pid and host of its holder, so that a refusal can name them. The text alone means nothing:
+//! only the kernel's lock does. WAL needs shared memory between processes, hence the refusal of network file systems.
+
+use super::StoreError;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A process that writes a store.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Holder {
+    /// Its process id; `None` in the instant before the holder has written it.
+    pub pid: Option<u32>,
+    /// The machine it runs on.
+    pub host: String,
+}
+
+impl fmt::Display for Holder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.pid {
+            Some(pid) => write!(f, "process {pid} on {}", self.host),
+            None => write!(f, "another process that has just started"),
+        }
+    }
+}
+
+impl Holder {
+    /// This process.
+    pub fn this_process() -> Self {
+        let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+        Self { pid: Some(std::process::id()), host }
+    }
+
+    fn read(file: &mut File) -> Self {
+        let mut text = String::new();
+        // An unreadable or half-written file only costs the name of the holder.
+        let _ = file.rewind().and_then(|()| file.read_to_string(&mut text));
+        let (pid, host) = text.trim().split_once(' ').unwrap_or_default();
+        Self { pid: pid.parse().ok(), host: host.to_owned() }
+    }
+}
+
+fn path(dir: &Path) -> PathBuf {
+    dir.join("lock")
+}
+
+/// Takes the lock of the store in `dir` and writes this process's name into it; it lasts as long as the file is open.
+///
+/// # Errors
+/// [`StoreError::Locked`], naming the holder.
+pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
+    let path = path(dir);
+    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
+    let mut file = open.map_err(StoreError::io(&path))?;
+    // `holder` below holds the lock for an instant, so a first refusal is asked again.
+    for pause_ms in [5, 20, 50, 100, 0] {
+        match file.try_lock() {
+            Ok(()) => {
+                let Holder { pid, host } = Holder::this_process();
+                let text = format!("{} {host}\n", pid.unwrap_or_default());
+                let written =
+                    file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(text.as_bytes()));
+                written.map_err(StoreError::io(&path))?;
+                return Ok(file);
+            }
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(pause_ms)),
+            Err(TryLockError::Error(source)) => return Err(StoreError::Io { path, source }),
+        }
+    }
+    Err(StoreError::Locked { dir: dir.to_owned(), holder: Holder::read(&mut file) })
+}
+
+/// Who holds the lock of the store in `dir` now, if anyone does.
+pub(super) fn holder(dir: &Path) -> Option<Holder> {
+    let mut file = File::open(path(dir)).ok()?;
+    match file.try_lock_shared() {
+        Err(TryLockError::WouldBlock) => Some(Holder::read(&mut file)),
+        _ => None,
+    }
+}
+
+/// Refuses a folder (or, before it exists, its nearest ancestor) on a file system where WAL is unsafe.
+pub(super) fn refuse_network(dir: &Path) -> Result<(), StoreError> {
+    let absolute = std::path::absolute(dir).map_err(StoreError::io(dir))?;
+    let Some(existing) = absolute.ancestors().find(|path| path.exists()) else { return Ok(()) };
+    match file_system_magic(existing).and_then(network_kind) {
+        Some(kind) => Err(StoreError::NetworkFileSystem { dir: dir.to_owned(), kind }),
+        None => Ok(()),
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn file_system_magic(path: &Path) -> Option<u32> {
+    // The magic numbers are 32 bits wide, whatever width and sign the platform gives the field.
+    rustix::fs::statfs(path).ok().map(|answer| answer.f_type as u32)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn file_system_magic(_: &Path) -> Option<u32> {
+    None
+}
+
+/// The file systems without coherent shared memory, by the magic numbers of statfs(2).
+fn network_kind(magic: u32) -> Option<&'static str> {
+    Some(match magic {
+        0x6969 => "NFS",
+        0x517B | 0xFF53_4D42 | 0xFE53_4D42 => "SMB/CIFS",
+        0x0BD0_0BD0 => "Lustre",
+        0x4750_4653 => "GPFS",
+        0x6573_5546 => "FUSE (sshfs and the like)",
+        0x00C3_6400 => "CephFS",
+        0x1983_0326 => "BeeGFS",
+        0x2003_0528 => "OrangeFS",
+        0x5346_414F | 0x6B41_4653 => "AFS",
+        0x0102_1997 => "9P",
+        0x7461_636F => "OCFS2",
+        0x0116_1970 => "GFS2",
+        0xAAD7_AAEA => "PanFS",
+        0x564C => "NCP",
+        0x7375_7245 => "Coda",
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn network_file_systems_are_known_and_local_ones_are_not_taken_for_them() {
+        assert_eq!(network_kind(0x6969), Some("NFS"));
+        assert_eq!(network_kind(0xFF53_4D42), Some("SMB/CIFS"));
+        for local in [0xEF53, 0x9123_683E, 0x5846_5342, 0x0102_1994, 0x794C_7630, 0x2FC1_2FC1] {
+            assert_eq!(network_kind(local), None, "{local:#x}");
+        }
+    }
+
+    #[test]
+    fn a_holder_is_seen_while_it_lives_and_gone_after() {
+        let dir = tempfile::tempdir().unwrap();
+        assert_eq!(holder(dir.path()), None);
+        let lock = take(dir.path()).unwrap();
+        assert_eq!(holder(dir.path()), Some(Holder::this_process()));
+        drop(lock);
+        assert_eq!(holder(dir.path()), None);
+    }
+}

@@ -1,0 +1,176 @@
+//! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
+
+use super::{Holder, Store, StoreError, database, unix_now};
+use crate::job::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
+use rusqlite::types::Value;
+use rusqlite::{Connection, params};
+use std::ops::Range;
+
+/// A campaign as it is kept: its name and the text of its file.
+#[derive(Clone, Copy, Debug)]
+pub struct CampaignRecord<'a> {
+    /// Name of the campaign, the column `campaign` of `runs`.
+    pub name: &'a str,
+    /// The whole campaign file.
+    pub text: &'a str,
+}
+
+/// One grid point of a plan and the seeds it shall have.
+#[derive(Clone, Debug)]
+pub struct PlannedPoint<'a> {
+    /// The parameters.
+    pub point: &'a Point,
+    /// Their identity, `point.id()`.
+    pub point_id: PointId,
+    /// Seeds of its runs, all below 2^63.
+    pub seeds: Range<u64>,
+}
+
+/// What [`Store::register`] found and added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Registered {
+    /// Key of the campaign in the store, for [`Provenance::campaign`].
+    pub campaign: i64,
+    /// Grid points that were new.
+    pub new_points: usize,
+    /// Jobs that were new.
+    pub new_jobs: usize,
+}
+
+/// What computes a run: told by the caller; host and process are added by the store.
+#[derive(Clone, Copy, Debug)]
+pub struct Provenance<'a> {
+    /// Version of the program.
+    pub program_version: &'a str,
+    /// Commit it was built from.
+    pub git_commit: &'a str,
+    /// Compiler that built it.
+    pub rustc: &'a str,
+    /// Instruction sets in use.
+    pub cpu_features: &'a str,
+    /// Key of the campaign ([`Registered::campaign`]).
+    pub campaign: i64,
+}
+
+impl Store {
+    /// Adds a campaign, its points and one pending job a seed, where they are not there yet, in one transaction.
+    ///
+    /// Nothing that is there changes: a job that another campaign brought stays its, with its state and its result.
+    ///
+    /// # Errors
+    /// [`StoreError::SeedTooLarge`]; else what SQLite reports, and then nothing was added.
+    pub fn register(
+        &mut self,
+        campaign: &CampaignRecord<'_>,
+        points: &[PlannedPoint<'_>],
+    ) -> Result<Registered, StoreError> {
+        if let Some(planned) = points.iter().find(|planned| i64::try_from(planned.seeds.end).is_err()) {
+            return Err(StoreError::SeedTooLarge(planned.seeds.end));
+        }
+        register(&mut self.conn, campaign, points).map_err(StoreError::sql(&database(&self.dir)))
+    }
+
+    /// Notes that a run begins; outcomes written from now on belong to it. Returns its key in `provenance`.
+    ///
+    /// # Errors
+    /// What SQLite reports, an unknown campaign key among it.
+    pub fn begin_run(&mut self, provenance: &Provenance<'_>) -> Result<i64, StoreError> {
+        let Holder { pid, host } = Holder::this_process();
+        let Provenance { program_version, git_commit, rustc, cpu_features, campaign } = *provenance;
+        let inserted = self.conn.execute(
+            "INSERT INTO provenance
+                 (program_version, git_commit, rustc, cpu_features, host, pid, campaign, started)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
+            params![program_version, git_commit, rustc, cpu_features, host, pid, campaign, unix_now()],
+        );
+        inserted.map_err(StoreError::sql(&database(&self.dir)))?;
+        let key = self.conn.last_insert_rowid();
+        self.run = Some(key);
+        Ok(key)
+    }
+
+    /// Notes that the run that [`Store::begin_run`] began has ended; without one it does nothing.
+    ///
+    /// # Errors
+    /// What SQLite reports.
+    pub fn end_run(&mut self) -> Result<(), StoreError> {
+        let Some(run) = self.run.take() else { return Ok(()) };
+        let ended = self.conn.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run));
+        ended.map(drop).map_err(StoreError::sql(&database(&self.dir)))
+    }
+}
+
+fn register(
+    conn: &mut Connection,
+    campaign: &CampaignRecord<'_>,
+    points: &[PlannedPoint<'_>],
+) -> rusqlite::Result<Registered> {
+    let transaction = conn.transaction()?;
+    let mut registered = Registered { campaign: add_campaign(&transaction, campaign)?, new_points: 0, new_jobs: 0 };
+    let mut add_job = transaction.prepare(
+        "INSERT INTO jobs (job_id, point, campaign, seed, physics_version) VALUES (?1, ?2, ?3, ?4, ?5)
+         ON CONFLICT (job_id) DO NOTHING",
+    )?;
+    let mut point_key = transaction.prepare("SELECT key FROM points WHERE point_id = ?1")?;
+    for planned in points {
+        registered.new_points += add_point(&transaction, planned)?;
+        let point: i64 = point_key.query_row([planned.point_id.to_string()], |row| row.get(0))?;
+        for seed in planned.seeds.clone() {
+            let job_id = JobId::new(planned.point_id, seed).to_string();
+            registered.new_jobs +=
+                add_job.execute(params![job_id, point, registered.campaign, seed as i64, PHYSICS_VERSION])?;
+        }
+    }
+    drop((add_job, point_key));
+    transaction.commit()?;
+    Ok(registered)
+}
+
+fn add_campaign(conn: &Connection, campaign: &CampaignRecord<'_>) -> rusqlite::Result<i64> {
+    let hash = blake3::hash(campaign.text.as_bytes()).to_hex();
+    conn.query_row(
+        "INSERT INTO campaigns (name, text, text_hash, first_used, last_used) VALUES (?1, ?2, ?3, ?4, ?4)
+         ON CONFLICT (name, text_hash) DO UPDATE SET last_used = excluded.last_used RETURNING key",
+        params![campaign.name, campaign.text, hash.as_str(), unix_now()],
+        |row| row.get(0),
+    )
+}
+
+/// Adds a grid point with its parameters as columns; returns 1, or 0 if it was there.
+fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<usize> {
+    let point = planned.point;
+    let (ring, e_w) = match &point.model {
+        Model::Deformable(ring) => (Some(ring), ring.e_w),
+        Model::Soft(soft) => (None, soft.e_w),
+    };
+    let Scene::Obstacles(field) = &point.scene;
+    let density = match field.density {
+        Density::Saturated => Value::Text("saturated".to_owned()),
+        Density::Number(number) => Value::Real(number),
+    };
+    let mut add = conn.prepare_cached(
+        "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
+                             n_vertices, dt, integrator)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)
+         ON CONFLICT (point_id) DO NOTHING",
+    )?;
+    add.execute(params![
+        planned.point_id.to_string(),
+        point.canonical(),
+        point.model.name(),
+        point.scene.name(),
+        ring.map(|ring| ring.gamma),
+        e_w,
+        field.w_ob,
+        field.sigma_ob,
+        density,
+        0.0, // no scene has a near-wall drag yet
+        point.v_t,
+        ring.map(|ring| ring.k_a),
+        ring.map(|ring| ring.kappa),
+        None::<f64>, // no scene has an orifice yet
+        ring.map(|ring| ring.n_vertices as i64),
+        point.stepping.dt,
+        point.stepping.integrator.name(),
+    ])
+}

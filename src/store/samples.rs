@@ -1,0 +1,220 @@
+//! Recorded time series as Parquet: one immutable file a batch of jobs, named by the hash of its bytes.
+//!
+//! Columns `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null for
+//! SP). Byte-stream split before zstd halves smooth series against plain zstd. The rows of a job are contiguous; the
+//! catalogue knows the first and their number, so that reading one job decodes a page or two of each column.
+
+use super::{StoreError, samples_dir, sync};
+use crate::job::JobId;
+use crate::trajectory::Samples;
+use arrow::array::{ArrayRef, AsArray, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
+use arrow::datatypes::{DataType, Field, Float64Type, Int32Type, Schema, SchemaRef};
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder, RowSelection,
+};
+use parquet::arrow::{ArrowWriter, ProjectionMask};
+use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::file::metadata::{KeyValue, PageIndexPolicy};
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use std::fs::File;
+use std::io::Write;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The columns of a sample file and of the table `samples`, in order.
+pub(super) const COLUMNS: [&str; 9] = ["job_id", "t", "r", "h", "y", "v_g", "ek_ratio", "shape", "area_error"];
+
+/// Version of these columns, in the file's metadata under `meniscus_schema` and in the catalogue.
+pub(super) const SCHEMA_VERSION: u32 = 1;
+
+/// Rows of a data page: what reading one job decodes at least.
+pub(super) const PAGE_ROWS: usize = 8 * 1024;
+
+/// Rows of a row group, at most.
+const GROUP_ROWS: usize = 1024 * 1024;
+
+/// Rows turned into Arrow arrays at a time.
+const CHUNK_ROWS: usize = 64 * 1024;
+
+/// A sample file on disk, as the catalogue lists it.
+#[derive(Debug, PartialEq)]
+pub(super) struct SampleFile {
+    /// Path within the store's folder.
+    pub path: String,
+    /// Rows in it.
+    pub rows: u64,
+    /// Its size.
+    pub bytes: u64,
+    /// blake3 of its bytes, hexadecimal.
+    pub checksum: String,
+}
+
+fn schema() -> SchemaRef {
+    let text = DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
+    let fields = COLUMNS.iter().enumerate().map(|(index, name)| match index {
+        0 => Field::new(*name, text.clone(), false),
+        _ => Field::new(*name, DataType::Float64, index >= 7),
+    });
+    Arc::new(Schema::new(fields.collect::<Vec<_>>()))
+}
+
+fn properties() -> WriterProperties {
+    let version = KeyValue::new("meniscus_schema".to_owned(), SCHEMA_VERSION.to_string());
+    WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_dictionary_enabled(false)
+        .set_column_dictionary_enabled(COLUMNS[0].into(), true)
+        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
+        .set_column_encoding(COLUMNS[0].into(), Encoding::PLAIN)
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_data_page_row_count_limit(PAGE_ROWS)
+        .set_write_batch_size(PAGE_ROWS)
+        .set_max_row_group_row_count(Some(GROUP_ROWS))
+        .set_key_value_metadata(Some(vec![version]))
+        .build()
+}
+
+/// A file that is hashed while it is written.
+struct HashingFile {
+    file: File,
+    hasher: blake3::Hasher,
+}
+
+impl Write for HashingFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hasher.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Writes the samples of a batch of jobs, one after the other, as a new file of the store in `dir`.
+///
+/// When this returns the file is complete, on disk and under its name; but nothing knows of it until it is catalogued.
+pub(super) fn write(dir: &Path, jobs: &[(JobId, &Samples)]) -> Result<SampleFile, StoreError> {
+    let folder = samples_dir(dir);
+    // One writer, one half-written file: the next attempt or the next opening replaces it.
+    let half = folder.join("batch.tmp");
+    let file = HashingFile { file: File::create(&half).map_err(StoreError::io(&half))?, hasher: blake3::Hasher::new() };
+    let written = write_rows(file, jobs).map_err(StoreError::parquet(&half))?;
+    written.file.sync_all().map_err(StoreError::io(&half))?;
+    let bytes = written.file.metadata().map_err(StoreError::io(&half))?.len();
+    let checksum = written.hasher.finalize().to_hex();
+    let path = format!("samples/{}.parquet", &checksum[..20]);
+    std::fs::rename(&half, dir.join(&path)).map_err(StoreError::io(&half))?;
+    sync(&folder)?;
+    let rows = jobs.iter().map(|(_, samples)| samples.len() as u64).sum();
+    Ok(SampleFile { path, rows, bytes, checksum: checksum.to_string() })
+}
+
+fn write_rows(file: HashingFile, jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<HashingFile> {
+    let mut writer = ArrowWriter::try_new(file, schema(), Some(properties()))?;
+    let mut rest = jobs;
+    while !rest.is_empty() {
+        let mut rows = 0;
+        let fits = rest.iter().take_while(|(_, samples)| {
+            rows += samples.len();
+            rows <= CHUNK_ROWS
+        });
+        let (chunk, later) = rest.split_at(fits.count().max(1));
+        writer.write(&to_arrow(chunk)?)?;
+        rest = later;
+    }
+    writer.into_inner()
+}
+
+fn to_arrow(jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<RecordBatch> {
+    let names = StringArray::from_iter_values(jobs.iter().map(|(id, _)| id.to_string()));
+    let keys = jobs.iter().enumerate().flat_map(|(key, (_, samples))| std::iter::repeat_n(key as i32, samples.len()));
+    let ids = DictionaryArray::<Int32Type>::try_new(Int32Array::from_iter_values(keys), Arc::new(names))?;
+    let values = |column: fn(&Samples) -> &Vec<f64>| -> ArrayRef {
+        let joined: Vec<f64> = jobs.iter().flat_map(|(_, samples)| column(samples)).copied().collect();
+        Arc::new(Float64Array::from(joined))
+    };
+    let nullable = |column: fn(&Samples) -> &Vec<f64>| -> ArrayRef {
+        let joined =
+            jobs.iter().flat_map(|(_, samples)| (0..samples.len()).map(|row| column(samples).get(row).copied()));
+        Arc::new(joined.collect::<Float64Array>())
+    };
+    let columns = vec![
+        Arc::new(ids) as ArrayRef,
+        values(|s| &s.t),
+        values(|s| &s.r),
+        values(|s| &s.h),
+        values(|s| &s.y),
+        values(|s| &s.v_g),
+        values(|s| &s.ek_ratio),
+        nullable(|s| &s.shape),
+        nullable(|s| &s.area_error),
+    ];
+    Ok(RecordBatch::try_new(schema(), columns)?)
+}
+
+/// A sample file whose footer is read: cheap to clone, ready to read rows.
+#[derive(Clone, Debug)]
+pub(super) struct OpenFile {
+    path: PathBuf,
+    metadata: ArrowReaderMetadata,
+}
+
+impl OpenFile {
+    /// Reads the footer and the page index of the file at `path`.
+    pub(super) fn open(path: PathBuf) -> Result<Self, StoreError> {
+        let file = File::open(&path).map_err(StoreError::io(&path))?;
+        let options = ArrowReaderOptions::new().with_offset_index_policy(PageIndexPolicy::Optional);
+        let metadata = ArrowReaderMetadata::load(&file, options).map_err(StoreError::parquet(&path))?;
+        Ok(Self { path, metadata })
+    }
+
+    /// The file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Rows in the file.
+    pub(super) fn rows(&self) -> usize {
+        self.metadata.metadata().file_metadata().num_rows() as usize
+    }
+
+    /// Reads the rows `rows` of the columns whose bit is set in `columns` (bit 0 is `job_id`), in batches.
+    pub(super) fn read(&self, rows: Range<usize>, columns: u64) -> Result<ParquetRecordBatchReader, StoreError> {
+        let file = File::open(&self.path).map_err(StoreError::io(&self.path))?;
+        let wanted = (0..COLUMNS.len()).filter(|column| columns >> column & 1 == 1);
+        let projection = ProjectionMask::leaves(self.metadata.parquet_schema(), wanted);
+        let (groups, within) = self.groups(rows);
+        let group_rows = groups.iter().map(|&g| self.metadata.metadata().row_group(g).num_rows() as usize).sum();
+        let selection = RowSelection::from_consecutive_ranges(std::iter::once(within.clone()), group_rows);
+        ParquetRecordBatchReaderBuilder::new_with_metadata(file, self.metadata.clone())
+            .with_row_groups(groups)
+            .with_row_selection(selection)
+            .with_projection(projection)
+            .with_batch_size(within.len().clamp(1, CHUNK_ROWS))
+            .build()
+            .map_err(StoreError::parquet(&self.path))
+    }
+
+    /// The row groups that hold `rows`, and where `rows` lie within those.
+    fn groups(&self, rows: Range<usize>) -> (Vec<usize>, Range<usize>) {
+        let (mut groups, mut start, mut skipped) = (Vec::new(), 0, 0);
+        for (group, metadata) in self.metadata.metadata().row_groups().iter().enumerate() {
+            let end = start + metadata.num_rows() as usize;
+            if end <= rows.start {
+                skipped = end;
+            } else if start < rows.end {
+                groups.push(group);
+            }
+            start = end;
+        }
+        (groups, rows.start - skipped..rows.end - skipped)
+    }
+}
+
+/// A column of numbers of a batch that was read.
+pub(super) fn numbers(column: &ArrayRef) -> &Float64Array {
+    column.as_primitive::<Float64Type>()
+}

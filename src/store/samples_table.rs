@@ -1,0 +1,219 @@
+//! The table `samples`: the catalogued Parquet files as a read-only SQLite table.
+//!
+//! `job_id = ?` is answered from the catalogue, so SQLite is told that such a lookup is cheap and a full scan dear: in a
+//! join it then loops over jobs and looks each one's samples up. Only the columns that a statement reads are decoded.
+//!
+//! The traits of `rusqlite::vtab` are unsafe because SQLite takes a pointer to each struct for one to its first field:
+//! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else is unsafe.
+#![allow(unsafe_code)]
+
+use super::StoreError;
+use super::catalogue::{Catalogue, JobRows};
+use super::samples::{COLUMNS, numbers};
+use arrow::array::{Array, AsArray, RecordBatch, StringArray};
+use arrow::datatypes::Int32Type;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
+use rusqlite::types::{Null, ValueRef};
+use rusqlite::vtab::{
+    Context, Filters, IndexConstraintOp, IndexInfo, Module, VTab, VTabConnection, VTabCursor, sqlite3_vtab,
+    sqlite3_vtab_cursor,
+};
+use rusqlite::{Connection, Error, Result};
+use std::borrow::Cow;
+use std::ffi::{CStr, c_int};
+use std::path::Path;
+use std::sync::Arc;
+
+const DECLARATION: &CStr = c"CREATE TABLE samples (job_id TEXT, t REAL, r REAL, h REAL, y REAL, v_g REAL,
+                             ek_ratio REAL, shape REAL, area_error REAL)";
+
+/// Makes the samples of the store in `dir` known to `conn` as the table `samples`.
+pub(super) fn register(conn: &Connection, dir: &Path) -> std::result::Result<(), StoreError> {
+    const MODULE: Module<'_, SamplesTable> = Module::eponymous_only_module();
+    let catalogue = Arc::new(Catalogue::open(dir)?);
+    conn.create_module(c"samples", &MODULE, Some(catalogue)).map_err(StoreError::sql(dir))
+}
+
+/// The plan of a statement, as a number SQLite carries from `best_index` to `filter`: the columns it reads, a bit each
+/// from bit 1, and in bit 0 whether the job is given.
+#[derive(Clone, Copy)]
+struct Plan {
+    by_job: bool,
+    columns: u64,
+}
+
+impl Plan {
+    fn to_number(self) -> c_int {
+        (self.columns << 1) as c_int | c_int::from(self.by_job)
+    }
+
+    fn from_number(number: c_int) -> Self {
+        Self { by_job: number & 1 == 1, columns: number as u64 >> 1 }
+    }
+}
+
+#[repr(C)]
+struct SamplesTable {
+    base: sqlite3_vtab,
+    catalogue: Arc<Catalogue>,
+}
+
+unsafe impl VTab<'_> for SamplesTable {
+    type Aux = Arc<Catalogue>;
+    type Cursor = SamplesCursor;
+
+    fn connect(
+        _: &mut VTabConnection,
+        aux: Option<&Self::Aux>,
+        _module: &[u8],
+        _database: &[u8],
+        _table: &[u8],
+        _args: &[&[u8]],
+    ) -> Result<(Cow<'static, CStr>, Self)> {
+        let catalogue = aux.ok_or_else(|| Error::ModuleError("no catalogue given".to_owned()))?.clone();
+        Ok((Cow::Borrowed(DECLARATION), Self { base: sqlite3_vtab::default(), catalogue }))
+    }
+
+    fn best_index(&self, info: &mut IndexInfo) -> Result<bool> {
+        let used = info.col_used() & ((1 << COLUMNS.len()) - 1);
+        let mut by_job = false;
+        for (constraint, mut usage) in info.constraints_and_usages() {
+            let is_job =
+                constraint.column() == 0 && constraint.operator() == IndexConstraintOp::SQLITE_INDEX_CONSTRAINT_EQ;
+            if is_job && constraint.is_usable() && !by_job {
+                by_job = true;
+                usage.set_argv_index(1);
+                usage.set_omit(true);
+            }
+        }
+        // The job's own id is known and need not be read.
+        let columns = if by_job { used & !1 } else { used };
+        info.set_idx_num(Plan { by_job, columns }.to_number());
+        let (cost, rows) = if by_job { (1e3, 1_000) } else { (1e12, 1_000_000_000) };
+        info.set_estimated_cost(cost);
+        info.set_estimated_rows(rows);
+        Ok(true)
+    }
+
+    fn open(&mut self) -> Result<SamplesCursor> {
+        Ok(SamplesCursor::new(self.catalogue.clone()))
+    }
+}
+
+#[repr(C)]
+struct SamplesCursor {
+    base: sqlite3_vtab_cursor,
+    catalogue: Arc<Catalogue>,
+    plan: Plan,
+    /// The job that was asked for; empty in a full scan.
+    job_id: String,
+    /// Files still to be scanned, the next one last.
+    files: Vec<String>,
+    reader: Option<ParquetRecordBatchReader>,
+    batch: Option<RecordBatch>,
+    row: usize,
+    row_id: i64,
+}
+
+impl SamplesCursor {
+    fn new(catalogue: Arc<Catalogue>) -> Self {
+        Self {
+            base: sqlite3_vtab_cursor::default(),
+            catalogue,
+            plan: Plan { by_job: false, columns: 0 },
+            job_id: String::new(),
+            files: Vec::new(),
+            reader: None,
+            batch: None,
+            row: 0,
+            row_id: 0,
+        }
+    }
+
+    /// Steps to the next batch that has rows, through the files still to be scanned.
+    fn load(&mut self) -> Result<()> {
+        self.row = 0;
+        loop {
+            let next = self.reader.as_mut().and_then(Iterator::next).transpose();
+            self.batch = next.map_err(|error| Error::ModuleError(error.to_string()))?;
+            match &self.batch {
+                Some(batch) if batch.num_rows() > 0 => return Ok(()),
+                Some(_) => {}
+                None => match self.files.pop() {
+                    None => return Ok(()),
+                    Some(file) => {
+                        let reader = self.catalogue.read_file(&file, self.plan.columns).map_err(module_error)?;
+                        self.reader = Some(reader);
+                    }
+                },
+            }
+        }
+    }
+}
+
+unsafe impl VTabCursor for SamplesCursor {
+    fn filter(&mut self, number: c_int, _: Option<&str>, args: &Filters<'_>) -> Result<()> {
+        self.plan = Plan::from_number(number);
+        (self.reader, self.batch, self.row, self.row_id) = (None, None, 0, 0);
+        if !self.plan.by_job {
+            self.files = self.catalogue.files().map_err(module_error)?;
+            self.files.reverse();
+            return self.load();
+        }
+        // Only a text can be equal to a job_id.
+        let Some(ValueRef::Text(job_id)) = args.iter().next() else { return Ok(()) };
+        self.job_id = String::from_utf8_lossy(job_id).into_owned();
+        match self.catalogue.read_job(&self.job_id, self.plan.columns).map_err(module_error)? {
+            JobRows::None => Ok(()),
+            JobRows::Decoded(batch) => {
+                self.batch = Some(batch);
+                Ok(())
+            }
+            JobRows::Streamed(reader) => {
+                self.reader = Some(reader);
+                self.load()
+            }
+        }
+    }
+
+    fn next(&mut self) -> Result<()> {
+        self.row += 1;
+        self.row_id += 1;
+        match &self.batch {
+            Some(batch) if self.row < batch.num_rows() => Ok(()),
+            _ => self.load(),
+        }
+    }
+
+    fn eof(&self) -> bool {
+        self.batch.is_none()
+    }
+
+    fn column(&self, context: &mut Context, index: c_int) -> Result<()> {
+        let Some(batch) = &self.batch else { return context.set_result(Null) };
+        if index == 0 && self.plan.by_job {
+            return context.set_result(self.job_id.as_str());
+        }
+        // Batches hold the columns of the plan, in order.
+        let before = (self.plan.columns & ((1 << index) - 1)).count_ones() as usize;
+        let column = batch.column(before);
+        if index == 0 {
+            let texts = column.as_dictionary::<Int32Type>().downcast_dict::<StringArray>();
+            let texts = texts.ok_or_else(|| Error::ModuleError("job_id is no text".to_owned()))?;
+            return context.set_result(texts.values().value(texts.keys().value(self.row) as usize));
+        }
+        let numbers = numbers(column);
+        match numbers.is_valid(self.row) {
+            true => context.set_result(numbers.value(self.row)),
+            false => context.set_result(Null),
+        }
+    }
+
+    fn rowid(&self) -> Result<i64> {
+        Ok(self.row_id)
+    }
+}
+
+fn module_error(error: StoreError) -> Error {
+    Error::ModuleError(error.to_string())
+}

@@ -1,0 +1,244 @@
+//! The one thread that writes: outcomes come over a channel and commit in groups.
+//!
+//! A group commits when it is large enough, or when its oldest message has waited long enough; so a crash costs at most
+//! the work of that time, and a million tiny jobs do not cost a million disk flushes. A commit that fails is tried again
+//! with its batch kept; after the last try the writer stops, and [`Writer::finish`] says why.
+
+use super::commit::{Batch, FinishedJob, commit};
+use super::{Store, StoreError, unix_now};
+use crate::job::JobId;
+use crate::trajectory::{Failure, FailureClass, Trajectory};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// What a worker tells the writer.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "moved once, and most messages are the large one")]
+pub enum Message {
+    /// A worker took the job up.
+    Started(JobId),
+    /// The job ended, with a result or a failure.
+    Finished {
+        /// The job.
+        job: JobId,
+        /// What it produced.
+        result: Result<Trajectory, Failure>,
+        /// Wall time it took, in seconds.
+        wall_s: f64,
+    },
+}
+
+/// When the writer commits, and how patient it is.
+#[derive(Clone, Debug)]
+pub struct WriterOptions {
+    /// Commit after so many outcomes,
+    pub outcomes: usize,
+    /// or after so many recorded samples,
+    pub samples: usize,
+    /// or when the oldest message has waited so long.
+    pub age: Duration,
+    /// Messages that wait for the writer before workers wait too.
+    pub queue: usize,
+    /// Pauses after failed commits; the writer gives up after the last.
+    pub pauses: Vec<Duration>,
+}
+
+impl Default for WriterOptions {
+    fn default() -> Self {
+        Self {
+            outcomes: 1000,
+            samples: 1 << 20,
+            age: Duration::from_secs(1),
+            queue: 1024,
+            pauses: [0.2, 1.0, 5.0, 15.0, 30.0].map(Duration::from_secs_f64).to_vec(),
+        }
+    }
+}
+
+/// The writer no longer takes messages: it gave up, or has finished. [`Writer::finish`] tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the writer of the store has stopped")]
+pub struct WriterStopped;
+
+/// A worker's way to the writer; a clone for each.
+#[derive(Clone, Debug)]
+pub struct OutcomeSender(
+    /// `None` asks the writer to finish.
+    SyncSender<Option<Message>>,
+);
+
+impl OutcomeSender {
+    /// Hands a message over. An outcome waits for its place in the queue; a mark is dropped if there is none, for the
+    /// outcome makes up for it.
+    ///
+    /// # Errors
+    /// [`WriterStopped`].
+    pub fn send(&self, message: Message) -> Result<(), WriterStopped> {
+        use std::sync::mpsc::TrySendError::Disconnected;
+        match message {
+            Message::Started(_) => match self.0.try_send(Some(message)) {
+                Err(Disconnected(_)) => Err(WriterStopped),
+                _ => Ok(()),
+            },
+            Message::Finished { .. } => self.0.send(Some(message)).map_err(|_| WriterStopped),
+        }
+    }
+}
+
+/// The writer thread of a store.
+///
+/// Dropping it without [`Writer::finish`] saves what was sent, but swallows errors.
+#[derive(Debug)]
+pub struct Writer {
+    sender: OutcomeSender,
+    thread: Option<JoinHandle<Result<Store, StoreError>>>,
+}
+
+impl Writer {
+    /// Starts the thread.
+    ///
+    /// # Errors
+    /// If the system starts no thread.
+    pub fn spawn(store: Store, options: WriterOptions) -> Result<Self, StoreError> {
+        let dir = store.dir().to_owned();
+        let (sender, receiver) = sync_channel(options.queue);
+        let builder = std::thread::Builder::new().name("store-writer".to_owned());
+        let thread = builder.spawn(move || write(store, &receiver, &options)).map_err(StoreError::io(&dir))?;
+        Ok(Self { sender: OutcomeSender(sender), thread: Some(thread) })
+    }
+
+    /// A way to this writer, for a worker.
+    pub fn sender(&self) -> OutcomeSender {
+        self.sender.clone()
+    }
+
+    /// Commits everything that was sent before, notes the end of the run, and gives the store back.
+    ///
+    /// # Errors
+    /// [`StoreError::GaveUp`] when outcomes could not be saved, [`StoreError::UnknownJob`] when one had no place.
+    pub fn finish(mut self) -> Result<Store, StoreError> {
+        self.stop().unwrap_or(Err(StoreError::WriterPanicked))
+    }
+
+    fn stop(&mut self) -> Option<Result<Store, StoreError>> {
+        // A writer that gave up takes no message; joining it tells why.
+        let _ = self.sender.0.send(None);
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        if self.thread.is_some()
+            && let Some(Err(error)) = self.stop()
+        {
+            tracing::error!(%error, "the store could not save everything");
+        }
+    }
+}
+
+/// The thread: collects, commits, until told to finish or until nobody can send any more.
+fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &WriterOptions) -> Result<Store, StoreError> {
+    let mut pending = Pending::default();
+    let mut unknown = Vec::new();
+    loop {
+        let event = match pending.oldest {
+            None => receiver.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some(oldest) => receiver.recv_timeout(options.age.saturating_sub(oldest.elapsed())),
+        };
+        let last = match event {
+            Ok(Some(message)) => {
+                pending.add(message);
+                if !pending.is_due(options) {
+                    continue;
+                }
+                false
+            }
+            Err(RecvTimeoutError::Timeout) => false,
+            Ok(None) | Err(RecvTimeoutError::Disconnected) => true,
+        };
+        unknown.extend(patiently_commit(&mut store, &std::mem::take(&mut pending).batch, options)?);
+        if last {
+            store.end_run()?;
+            return unknown.first().map_or(Ok(store), |job| Err(StoreError::UnknownJob(*job)));
+        }
+    }
+}
+
+/// What came since the last commit.
+#[derive(Default)]
+struct Pending {
+    batch: Batch,
+    samples: usize,
+    oldest: Option<Instant>,
+}
+
+impl Pending {
+    fn add(&mut self, message: Message) {
+        self.oldest.get_or_insert_with(Instant::now);
+        match message {
+            Message::Started(job) => self.batch.started.push(job),
+            Message::Finished { job, result, wall_s } => {
+                let result = result.and_then(storable);
+                self.samples += result.as_ref().map_or(0, |trajectory| trajectory.samples.len());
+                self.batch.finished.push(FinishedJob { job, result, wall_s, at: unix_now() });
+            }
+        }
+    }
+
+    /// The age counts too: a steady stream of messages keeps the channel from timing out.
+    fn is_due(&self, options: &WriterOptions) -> bool {
+        self.batch.finished.len() >= options.outcomes
+            || self.samples >= options.samples
+            || self.oldest.is_some_and(|oldest| oldest.elapsed() >= options.age)
+    }
+}
+
+fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -> Result<Vec<JobId>, StoreError> {
+    let mut attempts = 0;
+    loop {
+        let error = match commit(store, batch) {
+            Ok(unknown) => return Ok(unknown),
+            Err(error) => error,
+        };
+        let (unsaved, pause) = (batch.finished.len(), options.pauses.get(attempts));
+        attempts += 1;
+        let Some(&pause) = pause else {
+            return Err(StoreError::GaveUp { unsaved, attempts, source: Box::new(error) });
+        };
+        tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
+        std::thread::sleep(pause);
+    }
+}
+
+/// A trajectory with a number that SQL cannot keep, or a ragged table, is a failed run: it must not block the others.
+fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
+    let step = trajectory.steps;
+    let fail = |class, reason: String| Err(Failure { class, reason, step });
+    let numbers = [
+        ("r_end", trajectory.r_end),
+        ("t_end", trajectory.t_end),
+        ("ek_ratio_end", trajectory.ek_ratio_end),
+        ("overlap_max", trajectory.overlap_max),
+    ];
+    let clog = trajectory.clog.iter().flat_map(|clog| {
+        [
+            ("clog t", clog.t),
+            ("clog r", clog.r),
+            ("clog x", clog.x),
+            ("clog y", clog.y),
+            ("clog ek_ratio", clog.ek_ratio),
+        ]
+    });
+    if let Some((name, value)) = numbers.into_iter().chain(clog).find(|(_, value)| !value.is_finite()) {
+        return fail(FailureClass::Unstable, format!("{name} is {value}"));
+    }
+    let samples = &trajectory.samples;
+    let full = [&samples.t, &samples.r, &samples.h, &samples.y, &samples.v_g, &samples.ek_ratio];
+    let optional = [&samples.shape, &samples.area_error].into_iter().filter(|column| !column.is_empty());
+    if full.into_iter().chain(optional).any(|column| column.len() != samples.len()) {
+        return fail(FailureClass::Panicked, "the recorded columns differ in length".to_owned());
+    }
+    Ok(trajectory)
+}

@@ -1,0 +1,12 @@
+//! The store as its users see it: what was sent is there, once, whatever happened in between.
+
+#[path = "store/crash.rs"]
+mod crash;
+#[path = "store/make.rs"]
+mod make;
+#[path = "store/query.rs"]
+mod query;
+#[path = "store/scale.rs"]
+mod scale;
+#[path = "store/write.rs"]
+mod write;
