@@ -141,6 +141,19 @@ pub struct Job {
     pub seed: u64,
 }
 
+/// Where a job stands in a store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JobState {
+    /// Known, waiting to run.
+    Pending,
+    /// Taken by a worker.
+    Running,
+    /// Finished, with a trajectory.
+    Done,
+    /// Ended in a failure that is kept with its class and reason.
+    Failed,
+}
+
 /// Identity of a grid point: 80 bits of the hash of its canonical form, written as 20 hex digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PointId(u128);
@@ -217,6 +230,23 @@ macro_rules! hex_id {
 }
 hex_id!(PointId);
 hex_id!(JobId);
+
+impl JobState {
+    /// The name used in the column `state`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pending => "pending",
+            Self::Running => "running",
+            Self::Done => "done",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// The state of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Pending, Self::Running, Self::Done, Self::Failed].into_iter().find(|state| state.name() == name)
+    }
+}
 
 impl Model {
     /// `DP` or `SP`, as in the column `model`.
