@@ -11,7 +11,9 @@
 //! `t0 = sqrt(sigma/g)`. Gravity drives along `+x`. Equation numbers cite Cheng et al., "Flow and clogging of
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
+pub mod campaign;
 pub mod fits;
 pub mod job;
+pub mod plan;
 pub mod stability;
 pub mod trajectory;
