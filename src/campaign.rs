@@ -1,7 +1,6 @@
 //! A campaign file, from TOML to grid points and seeds.
 //!
-//! The text is walked once ([`read`]) against the table of [`keys`]; sections are then combined ([`resolve`]) into
-//! blocks of [`Point`]s. Every mistake of the file is reported at once, with its place and what to write instead.
+//! The text is walked once (`read`) against the table of [`keys`]; sections are then combined (`resolve`) into blocks of [`Point`]s. Every mistake of the file is reported at once, with its place and what to write instead.
 //!
 //! ```
 //! let text = r#"

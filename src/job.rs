@@ -325,6 +325,14 @@ mod tests {
     }
 
     #[test]
+    fn a_state_reads_back_from_its_name() {
+        for name in ["pending", "running", "done", "failed"] {
+            assert_eq!(JobState::from_name(name).map(JobState::name), Some(name));
+        }
+        assert_eq!(JobState::from_name("lost"), None);
+    }
+
+    #[test]
     fn an_id_reads_back_from_its_text() {
         let id = JobId::new(point().id(), 7);
         assert_eq!(id.to_string().len(), 20);

@@ -1,6 +1,7 @@
 //! Campaign files, good and bad, each with the expected answer in its comments, and the laws they obey.
 
 use meniscus::campaign::{Campaign, CampaignErrors};
+use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -91,4 +92,27 @@ fn colour_adds_escapes_and_nothing_else() {
     }
     assert!(coloured.contains('\u{1b}'));
     assert_eq!(stripped + rest, plain);
+}
+
+proptest! {
+    #[test]
+    fn a_damaged_file_is_read_or_refused_with_places_inside_it(
+        which in any::<prop::sample::Index>(),
+        at in any::<prop::sample::Index>(),
+        length in 0_usize..30,
+        patch in prop::sample::select(vec!["", "=", "[", "]", "{", "}", "\"", "\n", "-", "é", "inf", "[[block]]", "0x", "\r\n", "#"]),
+    ) {
+        let files = files("tests/campaign_files/good");
+        let text = fs::read_to_string(which.get(&files)).unwrap();
+        let start = at.index(text.len());
+        let end = (start + length).min(text.len());
+        prop_assume!(text.is_char_boundary(start) && text.is_char_boundary(end));
+        let damaged = format!("{}{patch}{}", &text[..start], &text[end..]);
+        if let Err(errors) = Campaign::parse("damaged.toml", &damaged) {
+            let lines = damaged.split('\n').count();
+            prop_assert!(!errors.problems().is_empty());
+            prop_assert!(errors.problems().iter().all(|p| (1..=lines).contains(&p.line) && p.column >= 1));
+            prop_assert!(errors.render(false).contains("damaged.toml"));
+        }
+    }
 }

@@ -7,6 +7,7 @@ use super::problem::Problems;
 use super::scalar::{allowed, read, with_article};
 use super::section::{Entry, Given, Item, Section, Span};
 use super::spelling::nearest;
+use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -84,15 +85,18 @@ fn block(element: &Spanned<DeValue<'_>>, problems: &mut Problems<'_>) -> Option<
 }
 
 fn section(table: &DeTable<'_>, home: Home, span: Span, problems: &mut Problems<'_>) -> Section {
-    let mut section = Section { span, has_grid: table.contains_key("grid"), ..Section::default() };
+    let mut section = Section { span, ..Section::default() };
     let prefix = if home == Home::Block { "block." } else { "" };
     for (key, value) in table {
         let path = format!("{prefix}{}", key.get_ref());
-        match (key.get_ref().as_ref(), home) {
-            ("limits", _) => inner(value, Home::Limits, &path, &mut section, problems),
-            ("grid", _) => inner(value, Home::Grid, &path, &mut section, problems),
-            ("block", Home::File) => {}
-            _ => section.entries.push_some(entry(key, value, home, path, problems)),
+        match table_meant(key, value, home, &path, problems) {
+            Some("limits") => inner(value, Home::Limits, &path, &mut section, problems),
+            Some("grid") => {
+                section.has_grid = true;
+                inner(value, Home::Grid, &path, &mut section, problems);
+            }
+            Some(_) => {}
+            None => section.entries.extend(entry(key, value, home, path, problems)),
         }
     }
     for entry in section.entries.iter().filter(|entry| entry.on_grid && sound(entry)) {
@@ -116,7 +120,7 @@ fn inner(value: &Spanned<DeValue<'_>>, home: Home, path: &str, section: &mut Sec
         DeValue::Table(table) => {
             for (key, value) in table {
                 let path = format!("{path}.{}", key.get_ref());
-                section.entries.push_some(entry(key, value, home, path, problems));
+                section.entries.extend(entry(key, value, home, path, problems));
             }
         }
         other => {
@@ -127,20 +131,28 @@ fn inner(value: &Spanned<DeValue<'_>>, home: Home, path: &str, section: &mut Sec
     }
 }
 
-/// `Vec::push` for an entry that may be missing.
-trait PushSome {
-    fn push_some(&mut self, entry: Option<Entry>);
-}
-
-impl PushSome for Vec<Entry> {
-    fn push_some(&mut self, entry: Option<Entry>) {
-        self.extend(entry);
+/// The table a key names; one with a misspelt name is reported, and then read as the one that was meant.
+fn table_meant(
+    key: &Spanned<Cow<'_, str>>,
+    value: &Spanned<DeValue<'_>>,
+    home: Home,
+    path: &str,
+    problems: &mut Problems<'_>,
+) -> Option<&'static str> {
+    let name = key.get_ref().as_ref();
+    let tables = home.tables().iter().copied();
+    if let Some(table) = tables.clone().find(|table| *table == name) {
+        return Some(table);
     }
+    let is_table = value.get_ref().is_table() || value.get_ref().is_array();
+    let meant = nearest(name, tables).filter(|_| is_table && rows(name).next().is_none())?;
+    problems.add(key.span(), Some(path.to_owned()), "unknown key".to_owned(), Some(format!("did you mean `{meant}`?")));
+    Some(meant)
 }
 
 /// Reads one key; an unknown one counts as the key that was probably meant, so that this is not reported as missing.
 fn entry(
-    key: &Spanned<std::borrow::Cow<'_, str>>,
+    key: &Spanned<Cow<'_, str>>,
     value: &Spanned<DeValue<'_>>,
     home: Home,
     path: String,
