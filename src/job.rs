@@ -141,6 +141,19 @@ pub struct Job {
     pub seed: u64,
 }
 
+/// Where a job stands in a store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JobState {
+    /// Known, waiting to run.
+    Pending,
+    /// Taken by a worker.
+    Running,
+    /// Finished, with a trajectory.
+    Done,
+    /// Ended in a failure that is kept with its class and reason.
+    Failed,
+}
+
 /// Identity of a grid point: 80 bits of the hash of its canonical form, written as 20 hex digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PointId(u128);
@@ -218,6 +231,23 @@ macro_rules! hex_id {
 hex_id!(PointId);
 hex_id!(JobId);
 
+impl JobState {
+    /// The name used in the column `state`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pending => "pending",
+            Self::Running => "running",
+            Self::Done => "done",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// The state of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Pending, Self::Running, Self::Done, Self::Failed].into_iter().find(|state| state.name() == name)
+    }
+}
+
 impl Model {
     /// `DP` or `SP`, as in the column `model`.
     pub fn name(&self) -> &'static str {
@@ -292,6 +322,14 @@ mod tests {
         other.v_t = 0.030_000_000_000_000_002;
         assert_ne!(point().id(), other.id());
         assert_ne!(JobId::new(point().id(), 0), JobId::new(point().id(), 1));
+    }
+
+    #[test]
+    fn a_state_reads_back_from_its_name() {
+        for name in ["pending", "running", "done", "failed"] {
+            assert_eq!(JobState::from_name(name).map(JobState::name), Some(name));
+        }
+        assert_eq!(JobState::from_name("lost"), None);
     }
 
     #[test]

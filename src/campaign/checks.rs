@@ -1,0 +1,72 @@
+//! What several keys must satisfy together, at every grid point.
+
+use super::interval::{Short, cut_to_three_digits};
+use super::keys::Id;
+use crate::job::{Density, Point, Scene};
+use crate::stability::StabilityLimit;
+
+/// Coverage of the plane by discs at which random sequential addition jams.
+const SATURATION: f64 = 0.547;
+
+/// A condition that a grid point breaks.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Breach {
+    /// The key to blame.
+    pub(super) id: Id,
+    /// How far beyond the limit, as a ratio above 1.
+    pub(super) excess: f64,
+    pub(super) message: String,
+    pub(super) help: String,
+}
+
+/// The conditions; each looks at one grid point.
+pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 3] = [stable, room_for_all, fits_box];
+
+/// `dt <= dt_max` of [`StabilityLimit`].
+fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
+    let dt = point.stepping.dt;
+    let stiffest = limit.terms.first().filter(|_| dt > limit.dt_max)?;
+    Some(Breach {
+        id: Id::Dt,
+        excess: dt / limit.dt_max,
+        message: format!(
+            "a step of {} is above the stability limit {}, set mainly by {} (omega = {:.0})",
+            Short(dt),
+            Short(cut_to_three_digits(limit.dt_max)),
+            stiffest.term,
+            stiffest.omega
+        ),
+        help: format!("{}; or write dt = \"auto\"", stiffest.remedy),
+    })
+}
+
+/// Density below `n_max = 0.547/(pi D^2/4)`, where discs of diameter `D = sigma_ob + w_ob` jam.
+fn room_for_all(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+    let Scene::Obstacles(field) = &point.scene;
+    let Density::Number(density) = field.density else { return None };
+    let spacing = field.sigma_ob + field.w_ob;
+    let most = SATURATION / (std::f64::consts::FRAC_PI_4 * spacing * spacing);
+    (density >= most).then(|| Breach {
+        id: Id::Density,
+        excess: density / most,
+        message: format!(
+            "no more than {} obstacles per sigma^2 find room, not {}",
+            Short(cut_to_three_digits(most)),
+            Short(density)
+        ),
+        help: "lower density, sigma_ob or w_ob; or write density = \"saturated\"".to_owned(),
+    })
+}
+
+/// Two obstacles side by side fit the periodic box, so that none meets its own image.
+fn fits_box(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+    let Scene::Obstacles(field) = &point.scene;
+    let spacing = field.sigma_ob + field.w_ob;
+    let most = field.box_size / 2.0;
+    (spacing > most).then(|| Breach {
+        id: Id::SigmaOb,
+        excess: spacing / most,
+        message: format!("sigma_ob + w_ob = {} is more than half the box", Short(spacing)),
+        help: format!("lower sigma_ob or w_ob, or raise box_size above {}", Short(2.0 * spacing)),
+    })
+}

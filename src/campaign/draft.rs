@@ -1,0 +1,83 @@
+//! A value for every key, and the grid point it makes.
+
+use super::keys::{Id, Value};
+use crate::job::{Deformable, Density, Integrator, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use crate::stability::StabilityLimit;
+
+/// A value for every key that means something; made whole before a point is taken from it.
+#[derive(Clone)]
+pub(super) struct Draft([Option<Value>; Id::COUNT]);
+
+impl Draft {
+    pub(super) fn new() -> Self {
+        Self([None; Id::COUNT])
+    }
+
+    pub(super) fn set(&mut self, id: Id, value: Value) {
+        self.0[id as usize] = Some(value);
+    }
+
+    /// The number of a key; `None` for a word.
+    fn maybe(&self, id: Id) -> Option<f64> {
+        match self.0[id as usize] {
+            Some(Value::Number(number)) => Some(number),
+            Some(Value::Word(_)) | None => None,
+        }
+    }
+
+    /// The number of a key that holds no words.
+    pub(super) fn number(&self, id: Id) -> f64 {
+        self.maybe(id).expect("the table of keys gives every key that means something a value")
+    }
+
+    fn word(&self, id: Id) -> &'static str {
+        match self.0[id as usize] {
+            Some(Value::Word(word)) => word,
+            Some(Value::Number(_)) | None => "",
+        }
+    }
+
+    /// The grid point, and the stability limit it was held against. `dt` is as asked, or `auto_dt` of the limit.
+    pub(super) fn point(&self) -> (Point, StabilityLimit) {
+        let integrator = Integrator::Verlet;
+        let mut point = Point {
+            model: self.model(),
+            scene: Scene::Obstacles(self.obstacles()),
+            v_t: self.number(Id::VT),
+            stepping: Stepping { integrator, dt: 0.0 },
+            limits: Limits {
+                t_max: self.number(Id::TMax),
+                distance: self.maybe(Id::Distance),
+                ek_threshold: self.number(Id::EkThreshold),
+            },
+            sample_every: self.number(Id::SampleEvery),
+        };
+        let limit = StabilityLimit::of(&point);
+        point.stepping.dt = self.maybe(Id::Dt).unwrap_or_else(|| limit.auto_dt());
+        (point, limit)
+    }
+
+    fn model(&self) -> Model {
+        if self.word(Id::Model) == "SP" {
+            return Model::Soft(Soft { e_w: self.number(Id::EW) });
+        }
+        Model::Deformable(Deformable {
+            gamma: self.number(Id::Gamma),
+            kappa: self.number(Id::Kappa),
+            k_a: self.number(Id::KA),
+            n_vertices: self.number(Id::NVertices) as usize,
+            e_w: self.number(Id::EW),
+            delta: self.number(Id::Delta),
+            eps: self.number(Id::Eps),
+        })
+    }
+
+    fn obstacles(&self) -> ObstacleField {
+        ObstacleField {
+            w_ob: self.number(Id::WOb),
+            sigma_ob: self.number(Id::SigmaOb),
+            density: self.maybe(Id::Density).map_or(Density::Saturated, Density::Number),
+            box_size: self.number(Id::BoxSize),
+        }
+    }
+}

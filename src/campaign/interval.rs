@@ -1,0 +1,109 @@
+//! An interval of numbers that says in words what it contains.
+
+use std::fmt;
+
+/// The numbers between two ends, each end in or out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    low: f64,
+    low_included: bool,
+    high: f64,
+    high_included: bool,
+}
+
+/// All numbers above `low`.
+pub const fn above(low: f64) -> Interval {
+    Interval { low, low_included: false, high: f64::INFINITY, high_included: false }
+}
+
+/// All numbers from `low` on.
+pub const fn at_least(low: f64) -> Interval {
+    Interval { low, low_included: true, high: f64::INFINITY, high_included: false }
+}
+
+/// All numbers from `low` to `high`, both included.
+pub const fn between(low: f64, high: f64) -> Interval {
+    Interval { low, low_included: true, high, high_included: true }
+}
+
+impl Interval {
+    /// The part of it up to and including `high`.
+    pub const fn up_to(self, high: f64) -> Self {
+        Self { high, high_included: true, ..self }
+    }
+
+    /// The part of it below `high`.
+    pub const fn below(self, high: f64) -> Self {
+        Self { high, high_included: false, ..self }
+    }
+
+    /// Whether the number lies in it.
+    pub fn contains(&self, number: f64) -> bool {
+        let above_low = number > self.low || (self.low_included && number == self.low);
+        let below_high = number < self.high || (self.high_included && number == self.high);
+        above_low && below_high
+    }
+}
+
+impl fmt::Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (low, high) = (Short(self.low), Short(self.high));
+        match (self.low_included, self.high.is_finite(), self.high_included) {
+            (true, true, true) => write!(f, "from {low} to {high}"),
+            (true, true, false) => write!(f, "of at least {low} and below {high}"),
+            (true, false, _) => write!(f, "of at least {low}"),
+            (false, true, true) => write!(f, "above {low} and at most {high}"),
+            (false, true, false) => write!(f, "above {low} and below {high}"),
+            (false, false, _) => write!(f, "above {low}"),
+        }
+    }
+}
+
+/// A number as people write it: `0.03`, `200`, but `2e5` and `1e-17`.
+pub struct Short(pub f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (plain, powers) = (format!("{}", self.0), format!("{:e}", self.0));
+        // Powers of ten where they save two characters at least.
+        f.pad(if powers.len() + 2 <= plain.len() { &powers } else { &plain })
+    }
+}
+
+/// The number cut to three significant digits, so that a limit shown is never above the true one.
+pub fn cut_to_three_digits(number: f64) -> f64 {
+    let near: f64 = format!("{number:.2e}").parse().expect("a formatted number reads back");
+    if near <= number {
+        return near;
+    }
+    let unit = libm::pow(10.0, libm::floor(libm::log10(number)) - 2.0);
+    format!("{:.2e}", near - unit).parse().expect("a formatted number reads back")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_says_which_of_its_ends_it_contains() {
+        let open = above(0.0).below(0.5);
+        assert!(!open.contains(0.0) && open.contains(0.25) && !open.contains(0.5) && !open.contains(f64::NAN));
+        assert_eq!(open.to_string(), "above 0 and below 0.5");
+        let closed = between(1e-3, 1e8);
+        assert!(closed.contains(1e-3) && closed.contains(1e8));
+        assert_eq!(closed.to_string(), "from 0.001 to 1e8");
+        assert!(!at_least(0.0).contains(f64::INFINITY));
+    }
+
+    #[test]
+    fn numbers_are_written_as_people_write_them() {
+        let texts = [0.03, 256.0, 2e5, 1e-17, 1e4, 12345.0, 1e-3].map(|number| Short(number).to_string());
+        assert_eq!(texts, ["0.03", "256", "2e5", "1e-17", "1e4", "12345", "0.001"]);
+    }
+
+    #[test]
+    fn a_limit_shown_is_never_above_the_true_one() {
+        let cut = [6.0785e-4, 2.7858, 99.99, 0.5].map(cut_to_three_digits);
+        assert_eq!(cut, [6.07e-4, 2.78, 99.9, 0.5]);
+    }
+}

@@ -1,0 +1,118 @@
+//! Campaign files, good and bad, each with the expected answer in its comments, and the laws they obey.
+
+use meniscus::campaign::{Campaign, CampaignErrors};
+use proptest::prelude::*;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn files(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let entries = fs::read_dir(&folder).expect("the folder is part of the package");
+    let mut files: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    files
+}
+
+fn expectations(text: &str) -> Vec<&str> {
+    text.lines().filter_map(|line| line.strip_prefix("# expect: ")).collect()
+}
+
+#[test]
+fn every_bad_file_is_refused_with_exactly_the_mistakes_its_comments_name() {
+    let files = files("tests/campaign_files/bad");
+    assert!(files.len() >= 20);
+    let mut wrong = String::new();
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let problems = match Campaign::load(&file) {
+            Ok(_) => vec!["nothing at all".to_owned()],
+            Err(errors) => errors.problems().iter().map(ToString::to_string).collect(),
+        };
+        if problems != expectations(&text) || problems.is_empty() {
+            wrong += &format!("{}\n  {}\n", file.display(), problems.join("\n  "));
+        }
+    }
+    assert!(wrong.is_empty(), "found instead:\n{wrong}");
+}
+
+#[test]
+fn every_good_file_has_the_points_and_jobs_its_comments_name() {
+    let files = files("tests/campaign_files/good");
+    assert!(files.len() >= 5);
+    for file in files {
+        let text = fs::read_to_string(&file).unwrap();
+        let campaign = Campaign::load(&file).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
+        let found: Vec<_> = campaign
+            .blocks
+            .iter()
+            .map(|block| format!("{}: {} points, {} jobs", block.name, block.points.len(), block.n_jobs()))
+            .collect();
+        assert_eq!(found, expectations(&text), "{}", file.display());
+    }
+}
+
+#[test]
+fn every_campaign_that_is_shipped_loads_and_says_what_it_is_about() {
+    let files = files("campaigns");
+    assert!(files.len() >= 6);
+    for file in files {
+        let campaign = Campaign::load(&file).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
+        assert_eq!(Some(campaign.name.as_str()), file.file_stem().and_then(|stem| stem.to_str()));
+        assert!(campaign.about.len() > 40 && campaign.n_jobs() > 0, "{}", campaign.name);
+    }
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let error = Campaign::load(Path::new("no/such.toml")).unwrap_err();
+    assert!(matches!(error, CampaignErrors::Unreadable { .. }));
+    assert!(error.to_string().contains("no/such.toml") && error.problems().is_empty());
+}
+
+#[test]
+fn a_file_that_is_not_text_is_refused_with_the_line() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    fs::write(file.path(), b"name = \"x\"\nabout = \"\xff\"\n").unwrap();
+    let error = Campaign::load(file.path()).unwrap_err();
+    assert!(matches!(error, CampaignErrors::NotUtf8 { line: 2, .. }));
+}
+
+#[test]
+fn colour_adds_escapes_and_nothing_else() {
+    let error = Campaign::parse("sketch.toml", "gama = 1").unwrap_err();
+    let plain = error.render(false);
+    assert!(plain.contains("sketch.toml:1:1") && plain.contains("did you mean `gamma`?") && !plain.contains('\u{1b}'));
+    let coloured = error.render(true);
+    let mut stripped = String::new();
+    let mut rest = coloured.as_str();
+    while let Some((before, after)) = rest.split_once("\u{1b}[") {
+        stripped += before;
+        rest = after.split_once('m').unwrap().1;
+    }
+    assert!(coloured.contains('\u{1b}'));
+    assert_eq!(stripped + rest, plain);
+}
+
+proptest! {
+    #[test]
+    fn a_damaged_file_is_read_or_refused_with_places_inside_it(
+        which in any::<prop::sample::Index>(),
+        at in any::<prop::sample::Index>(),
+        length in 0_usize..30,
+        patch in prop::sample::select(vec!["", "=", "[", "]", "{", "}", "\"", "\n", "-", "é", "inf", "[[block]]", "0x", "\r\n", "#"]),
+    ) {
+        let files = files("tests/campaign_files/good");
+        let text = fs::read_to_string(which.get(&files)).unwrap();
+        let start = at.index(text.len());
+        let end = (start + length).min(text.len());
+        prop_assume!(text.is_char_boundary(start) && text.is_char_boundary(end));
+        let damaged = format!("{}{patch}{}", &text[..start], &text[end..]);
+        if let Err(errors) = Campaign::parse("damaged.toml", &damaged) {
+            let lines = damaged.split('\n').count();
+            prop_assert!(!errors.problems().is_empty());
+            prop_assert!(errors.problems().iter().all(|p| (1..=lines).contains(&p.line) && p.column >= 1));
+            prop_assert!(errors.render(false).contains("damaged.toml"));
+        }
+    }
+}
