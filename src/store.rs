@@ -166,6 +166,7 @@ fn prepare(conn: &Connection) -> rusqlite::Result<()> {
     conn.pragma_update(None, "cache_size", -256 * 1024)?;
     conn.pragma_update(None, "wal_autocheckpoint", 16 * 1024)?;
     conn.set_prepared_statement_cache_capacity(32);
+    read::keep_plans(conn)?;
     conn.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
     conn.execute("UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')", [])?;
     Ok(())
