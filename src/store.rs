@@ -14,7 +14,7 @@
 //! **Crashes.** The outcome of a job and the catalogue row of its samples commit in one transaction, after the samples
 //! are safely on disk. So there is no half result; what is not catalogued is rubbish, and removed at the next opening.
 //!
-//! **Compatibility.** Schemas are numbered ([`migrate`]): older stores are migrated after a backup, newer ones refused.
+//! **Compatibility.** Schemas are numbered: older stores are migrated after a backup, newer ones refused.
 //!
 //! **Identity.** A job is known by the hash of its point, its seed and the physics version. Registering never changes
 //! what is there; results of another physics version stay, as `stale_runs`.
