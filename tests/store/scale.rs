@@ -43,9 +43,7 @@ fn exercise(dir: &Path, points: u64, seeds: u64, done: u64) {
     let status = timed("status", || status(dir).unwrap());
     assert_eq!((status.total.jobs(), status.total.done), (jobs, finishing));
     assert_eq!(status.clogs, points.len() as u64 * done.div_ceil(4));
-    let count = timed("SELECT state, count(*) FROM runs GROUP BY state", || {
-        csv(dir, "SELECT count(*) FROM runs WHERE state = 'done'")
-    });
+    let count = timed("count the done rows of runs", || csv(dir, "SELECT count(*) FROM runs WHERE state = 'done'"));
     assert_eq!(count, [finishing.to_string()]);
     let joined = timed("runs JOIN samples, all of them", || {
         csv(dir, "SELECT count(*), sum(samples.v_g) IS NOT NULL FROM runs JOIN samples USING (job_id)")
