@@ -44,7 +44,9 @@ CREATE TABLE jobs (
     point INTEGER NOT NULL REFERENCES points,
     campaign INTEGER NOT NULL REFERENCES campaigns,
     seed INTEGER NOT NULL,
-    state TEXT NOT NULL DEFAULT 'pending' CHECK (state IN ('pending', 'running', 'done', 'failed')),
+    state TEXT NOT NULL DEFAULT 'pending'
+        -- not IN, which would build a list anew for every row
+        CHECK (state = 'pending' OR state = 'running' OR state = 'done' OR state = 'failed'),
     attempts INTEGER NOT NULL DEFAULT 0,
     physics_version INTEGER NOT NULL
 );
@@ -140,8 +142,8 @@ CREATE TABLE speed_rows (
     ca REAL
 );
 
--- LEFT JOINs on keys that always match: SQLite leaves out those a query does not read, and turns those it filters on
--- into plain joins.
+-- LEFT JOINs on keys that always match: SQLite leaves out those that a plain query does not read, and turns those it
+-- filters on into inner ones.
 CREATE VIEW all_runs AS
 SELECT
     jobs.job_id, campaigns.name AS campaign, points.model, points.scene, points.gamma, points.e_w, points.w_ob,

@@ -14,7 +14,7 @@
 //! **Crashes.** The outcome of a job and the catalogue row of its samples commit in one transaction, after the samples
 //! are safely on disk. So there is no half result; what is not catalogued is rubbish, and removed at the next opening.
 //!
-//! **Compatibility.** Schemas are numbered ([`migrate`]): older stores are migrated after a backup, newer ones refused.
+//! **Compatibility.** Schemas are numbered: older stores are migrated after a backup, newer ones refused.
 //!
 //! **Identity.** A job is known by the hash of its point, its seed and the physics version. Registering never changes
 //! what is there; results of another physics version stay, as `stale_runs`.
@@ -166,6 +166,7 @@ fn prepare(conn: &Connection) -> rusqlite::Result<()> {
     conn.pragma_update(None, "cache_size", -256 * 1024)?;
     conn.pragma_update(None, "wal_autocheckpoint", 16 * 1024)?;
     conn.set_prepared_statement_cache_capacity(32);
+    read::keep_plans(conn)?;
     conn.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
     conn.execute("UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')", [])?;
     Ok(())

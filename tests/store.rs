@@ -1,4 +1,5 @@
 //! The store as its users see it: what was sent is there, once, whatever happened in between.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]
 
 #[path = "store/crash.rs"]
 mod crash;

@@ -60,6 +60,9 @@ impl Catalogue {
     /// Opens the catalogue of the store in `dir`.
     pub(super) fn open(dir: &Path) -> Result<Self, StoreError> {
         let conn = read::open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
+        // One look at the catalogue for all lookups. It is taken at the first of them, so after the statement that asks
+        // has taken its own: every run that it sees has its samples here.
+        conn.execute_batch("BEGIN").map_err(StoreError::sql(&database(dir)))?;
         let state = State { conn, footers: HashMap::new(), last: None };
         Ok(Self { dir: dir.to_owned(), state: Mutex::new(state) })
     }

@@ -4,6 +4,7 @@
 
 use super::{BUSY_TIMEOUT, StoreError, database, migrate};
 use crate::job::{JobId, Point};
+use rusqlite::config::DbConfig;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use std::path::Path;
 
@@ -60,13 +61,22 @@ pub fn open_reading(dir: &Path) -> Result<Option<Connection>, StoreError> {
         return Ok(None);
     }
     let open = || -> rusqlite::Result<Connection> {
-        let conn = Connection::open_with_flags(&path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let conn = Connection::open_with_flags(&path, flags)?;
         conn.busy_timeout(BUSY_TIMEOUT)?;
+        keep_plans(&conn)?;
         conn.pragma_update(None, "query_only", true)?;
+        // Looking jobs up by their hash goes all over the database.
+        conn.pragma_update(None, "cache_size", -64 * 1024)?;
         Ok(conn)
     };
     let conn = open().map_err(StoreError::sql(&path))?;
     Ok(migrate::check_readable(&conn, &path)?.then_some(conn))
+}
+
+/// Has SQLite plan a prepared statement once, and not anew for every value that is bound to it.
+pub(super) fn keep_plans(conn: &Connection) -> rusqlite::Result<()> {
+    conn.set_db_config(DbConfig::SQLITE_DBCONFIG_ENABLE_QPSG, true).map(drop)
 }
 
 /// The ids and states of all jobs of the store in `dir`, of any physics version, by id; none if there is no store.

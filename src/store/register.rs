@@ -118,7 +118,7 @@ fn register(
         for seed in planned.seeds.clone() {
             let job_id = JobId::new(planned.point_id, seed).to_string();
             registered.new_jobs +=
-                add_job.execute(params![job_id, point, registered.campaign, seed as i64, PHYSICS_VERSION])?;
+                add_job.execute((job_id, point, registered.campaign, seed as i64, PHYSICS_VERSION))?;
         }
     }
     drop((add_job, point_key));

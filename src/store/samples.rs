@@ -1,8 +1,9 @@
 //! Recorded time series as Parquet: one immutable file a batch of jobs, named by the hash of its bytes.
 //!
 //! Columns `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null for
-//! SP). Byte-stream split before zstd halves smooth series against plain zstd. The rows of a job are contiguous; the
-//! catalogue knows the first and their number, so that reading one job decodes a page or two of each column.
+//! SP). On smooth series byte-stream split before zstd takes 44 bytes a row of 64, plain zstd 53, and it is faster;
+//! zstd level 3 gains nothing over 1. The rows of a job are contiguous; the catalogue knows the first and their number,
+//! so that reading one job decodes a page or two of each column.
 
 use super::{StoreError, samples_dir, sync};
 use crate::job::JobId;

@@ -113,3 +113,56 @@ fn a_query_of_an_absent_store_says_how_to_make_one() {
     let error = query(&dir.path().join("none"), "SELECT 1", meniscus::store::Format::Csv, &mut Vec::new()).unwrap_err();
     assert!(error.to_string().contains("meniscus run"), "{error}");
 }
+
+/// Where `the_victim_of_a_kill` writes.
+const VICTIM_DIR: &str = "MENISCUS_TEST_VICTIM_DIR";
+
+#[test]
+#[ignore = "the other process of the next test"]
+fn the_victim_of_a_kill() {
+    let Some(dir) = std::env::var_os(VICTIM_DIR) else { return };
+    let store = Store::open(Path::new(&dir)).unwrap();
+    let writer = Writer::spawn(store, options(7)).unwrap();
+    for seed in 0.. {
+        writer.sender().send(Message::Started(JobId::new(ring(1.0).id(), seed))).unwrap();
+        writer.sender().send(finished(&ring(1.0), seed, 50)).unwrap();
+    }
+}
+
+#[test]
+fn a_process_killed_at_any_instant_leaves_whole_results_or_none() {
+    let dir = tempfile::tempdir().unwrap();
+    register(&mut Store::open(dir.path()).unwrap(), &[ring(1.0)], 100_000);
+    let mut kept: Vec<String> = Vec::new();
+    for round in 0..8_u64 {
+        let mut victim = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["crash::the_victim_of_a_kill", "--exact", "--ignored"])
+            .env(VICTIM_DIR, dir.path())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let enough = kept.len() + 20;
+        while status(dir.path()).unwrap().total.done < enough as u64 {
+            assert_eq!(victim.try_wait().unwrap(), None, "the victim lives until it is killed");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // Another instant of the commit each round.
+        std::thread::sleep(Duration::from_micros(700 * round));
+        victim.kill().unwrap();
+        victim.wait().unwrap();
+
+        let store = Store::open(dir.path()).unwrap();
+        let files = csv(dir.path(), "SELECT path FROM sample_files").len();
+        assert_eq!(sample_files(dir.path()).len(), files, "nothing is left lying about");
+        let done = csv(dir.path(), "SELECT * FROM runs WHERE state = 'done' ORDER BY seed");
+        assert_eq!(done[..kept.len()], kept, "what was done stays as it was");
+        let sql = "SELECT count(*) FROM runs JOIN samples USING (job_id) WHERE state = 'done'";
+        assert_eq!(csv(dir.path(), sql), [(50 * done.len()).to_string()]);
+        let clogs = "SELECT count(*) FROM runs JOIN clog_events USING (job_id) WHERE outcome = 'clogged'";
+        assert_eq!(csv(dir.path(), clogs), csv(dir.path(), "SELECT count(*) FROM runs WHERE outcome = 'clogged'"));
+        assert_eq!(csv(dir.path(), "SELECT count(*) FROM samples"), [(50 * done.len()).to_string()]);
+        assert_eq!(csv(dir.path(), "SELECT count(*) FROM runs WHERE state = 'running'"), ["0"]);
+        drop(store);
+        kept = done;
+    }
+}

@@ -59,7 +59,7 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
         shape: ring_series(1.1),
         area_error: ring_series(1e-17),
     };
-    let clogged = seed % 4 == 0;
+    let clogged = seed.is_multiple_of(4);
     let r_end = 1.0 + seed as f64 / 3.0;
     Trajectory {
         outcome: if clogged { Outcome::Clogged } else { Outcome::Distance },

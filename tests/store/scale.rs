@@ -43,9 +43,7 @@ fn exercise(dir: &Path, points: u64, seeds: u64, done: u64) {
     let status = timed("status", || status(dir).unwrap());
     assert_eq!((status.total.jobs(), status.total.done), (jobs, finishing));
     assert_eq!(status.clogs, points.len() as u64 * done.div_ceil(4));
-    let count = timed("SELECT state, count(*) FROM runs GROUP BY state", || {
-        csv(dir, "SELECT count(*) FROM runs WHERE state = 'done'")
-    });
+    let count = timed("count the done rows of runs", || csv(dir, "SELECT count(*) FROM runs WHERE state = 'done'"));
     assert_eq!(count, [finishing.to_string()]);
     let joined = timed("runs JOIN samples, all of them", || {
         csv(dir, "SELECT count(*), sum(samples.v_g) IS NOT NULL FROM runs JOIN samples USING (job_id)")
@@ -72,4 +70,52 @@ fn figures_of_a_million_jobs() {
         let entry = entry.unwrap();
         println!("{:?}: {} bytes", entry.file_name(), entry.metadata().unwrap().len());
     }
+}
+
+/// A long run of a ring that flows unevenly, with a recorded sample every 10 t0.
+fn long_run(seed: u64) -> meniscus::trajectory::Trajectory {
+    let mut run = trajectory(&ring(1.0), seed, 20_000);
+    let samples = &mut run.samples;
+    let mut r = 0.0;
+    for row in 0..samples.t.len() {
+        let t = 10.0 * row as f64;
+        let wave = libm::sin(t / 170.0 + seed as f64) + 0.5 * libm::sin(t / 61.0);
+        let v = 0.7 + 0.2 * wave;
+        r += 0.3 * v;
+        (samples.t[row], samples.r[row], samples.h[row], samples.y[row]) = (t, r, 250.0 + r, 250.0 + 0.3 * wave);
+        (samples.v_g[row], samples.ek_ratio[row]) = (v, v * v);
+        (samples.shape[row], samples.area_error[row]) = (1.05 + 0.02 * wave, 1e-5 * wave);
+    }
+    run
+}
+
+#[test]
+#[ignore = "for its figures"]
+fn figures_of_long_series() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut store = Store::open(dir.path()).unwrap();
+    register(&mut store, &[ring(1.0)], 200);
+    let runs: Vec<_> = (0..200).map(long_run).collect();
+    let rows: usize = runs.iter().map(|run| run.samples.len()).sum();
+    timed(&format!("write 200 outcomes, {rows} samples"), || {
+        let writer = Writer::spawn(store, WriterOptions::default()).unwrap();
+        for (seed, run) in runs.into_iter().enumerate() {
+            let job = meniscus::job::JobId::new(ring(1.0).id(), seed as u64);
+            writer.sender().send(meniscus::store::Message::Finished { job, result: Ok(run), wall_s: 1.0 }).unwrap();
+        }
+        writer.finish().unwrap()
+    });
+    let bytes: f64 = csv(dir.path(), "SELECT sum(bytes) FROM sample_files")[0].parse().unwrap();
+    println!(
+        "{:.1} bytes a row of 8 numbers, in {} files",
+        bytes / rows as f64,
+        std::fs::read_dir(dir.path().join("samples")).unwrap().count()
+    );
+    timed("read one job of 20000 samples", || {
+        csv(dir.path(), "SELECT max(r) FROM samples WHERE job_id IN (SELECT job_id FROM runs WHERE seed = 77)")
+    });
+    timed("read all, one column", || csv(dir.path(), "SELECT max(r) FROM samples"));
+    timed("read all, by run", || {
+        csv(dir.path(), "SELECT seed, max(samples.r), max(shape) FROM runs JOIN samples USING (job_id) GROUP BY seed")
+    });
 }
