@@ -39,7 +39,7 @@ pub use fits::{point_runs, save_fits};
 pub use format::Format;
 pub use lock::Holder;
 pub use query::{QueryError, query};
-pub use read::{JobState, StoredJob, job, job_states, open_reading};
+pub use read::{StoredJob, job, job_states, open_reading};
 pub use register::{CampaignRecord, PlannedPoint, Provenance, Registered};
 pub use status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
 pub use write::{Message, OutcomeSender, Writer, WriterOptions, WriterStopped};

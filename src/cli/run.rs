@@ -77,8 +77,7 @@ impl Arguments {
         })?;
         let mut display = Display::new(&plan, &dir, threads, quiet);
         let options = Options { threads, level, deadline: self.deadline, interrupted: &interrupted };
-        let report =
-            executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
+        let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
         display.finish(&report.progress);
         // The lock goes with the store, before the fits take it again.
         drop(report.store);

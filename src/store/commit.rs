@@ -134,8 +134,8 @@ fn save_trajectory(
 ) -> rusqlite::Result<()> {
     let mut insert = conn.prepare_cached(
         "INSERT OR REPLACE INTO outcomes (job, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max,
-             area_error_max, overlap_max, delta_s, steps, wall_s, provenance, finished)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
+             area_error_max, overlap_max, energy_rise_max, delta_s, steps, wall_s, provenance, finished)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
     )?;
     insert.execute(params![
         key,
@@ -147,6 +147,7 @@ fn save_trajectory(
         trajectory.shape_max,
         trajectory.area_error_max,
         trajectory.overlap_max,
+        trajectory.energy_rise_max,
         trajectory.delta_s,
         integer(trajectory.steps),
         wall_s,

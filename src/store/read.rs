@@ -3,40 +3,10 @@
 //! Reading takes no lock: it works while a run goes on, and takes a store that does not exist for an empty one.
 
 use super::{BUSY_TIMEOUT, StoreError, database, migrate};
-use crate::job::{JobId, Point};
+use crate::job::{JobId, JobState, Point};
 use rusqlite::config::DbConfig;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use std::path::Path;
-
-/// Where a job stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum JobState {
-    /// Not begun, or begun by a process that died.
-    Pending,
-    /// Some worker computes it.
-    Running,
-    /// Finished, with a result.
-    Done,
-    /// Finished without one.
-    Failed,
-}
-
-impl JobState {
-    /// The name in the column `state`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pending => "pending",
-            Self::Running => "running",
-            Self::Done => "done",
-            Self::Failed => "failed",
-        }
-    }
-
-    /// The state of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Pending, Self::Running, Self::Done, Self::Failed].into_iter().find(|state| state.name() == name)
-    }
-}
 
 /// A job as the store knows it.
 #[derive(Clone, Debug, PartialEq)]

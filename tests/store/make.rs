@@ -70,6 +70,7 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
         shape_max: is_ring.then_some(1.3),
         area_error_max: is_ring.then_some(1e-4),
         overlap_max: 2e-3,
+        energy_rise_max: 1e-12,
         delta_s: None,
         steps: 1_000_000,
         clog: clogged.then(|| Clog {
