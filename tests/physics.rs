@@ -5,7 +5,7 @@ use meniscus::droplet::deformable::Ring;
 use meniscus::effects::area::Area;
 use meniscus::effects::contact::Contact;
 use meniscus::effects::far_drag::FarDrag;
-use meniscus::effects::gravity::{Gravity, Weightless};
+use meniscus::effects::gravity::Gravity;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::tension::{LinearTension, Tension};
 use meniscus::effects::{BodyForce, EdgeForce};
@@ -78,23 +78,23 @@ fn check_gradient<E: EdgeForce, G: BodyForce>(effects: RingEffects<E, G, FarDrag
 
 #[test]
 fn tension_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects(Tension { gamma: 1.3 }, NO_AREA, Weightless, 0.0), 0.0);
+    check_gradient(effects(Tension { gamma: 1.3 }, NO_AREA, Gravity::off(), 0.0), 0.0);
 }
 
 #[test]
 fn perimeter_elasticity_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects(Perimeter { stiffness: 80.0, rest: regular_edge(N) }, NO_AREA, Weightless, 0.0), 0.0);
+    check_gradient(effects(Perimeter { stiffness: 80.0, rest: regular_edge(N) }, NO_AREA, Gravity::off(), 0.0), 0.0);
 }
 
 #[test]
 fn linear_tension_is_minus_the_gradient_of_its_energy() {
     let rest = regular_edge(N);
-    check_gradient(effects(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, Weightless, 0.0), 0.0);
+    check_gradient(effects(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, Gravity::off(), 0.0), 0.0);
 }
 
 #[test]
 fn pressure_is_minus_the_gradient_of_the_area_energy() {
-    check_gradient(effects((), Area { stiffness: 1.0, rest: 0.7 }, Weightless, 0.0), 0.0);
+    check_gradient(effects((), Area { stiffness: 1.0, rest: 0.7 }, Gravity::off(), 0.0), 0.0);
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn weight_is_minus_the_gradient_of_the_gravity_energy() {
 
 #[test]
 fn contact_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects((), NO_AREA, Weightless, 0.0), 1e4);
+    check_gradient(effects((), NO_AREA, Gravity::off(), 0.0), 1e4);
 }
 
 fn general() -> (Tension, Perimeter) {
@@ -120,7 +120,7 @@ fn total_energy<E: EdgeForce, G: BodyForce>(motion: &mut RingMotion<E, G, FarDra
 fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
     let worst = |dt: f64| {
         let contact = Contact::new(N, 1e4, 0.0123, 0.15);
-        let free = effects(general(), AREA, Weightless, 0.0);
+        let free = effects(general(), AREA, Gravity::off(), 0.0);
         let mut motion = RingMotion::start(bent(), free, contact, nothing(), dt, Level::new());
         let begin = total_energy(&mut motion);
         (0..100).fold(0.0, |worst: f64, _| {
@@ -164,7 +164,7 @@ fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
 #[test]
 fn a_free_circle_holds_the_pressure_gamma_over_radius() {
     let gamma = 1.7;
-    let resting = effects(Tension { gamma }, AREA, Weightless, 33.0);
+    let resting = effects(Tension { gamma }, AREA, Gravity::off(), 33.0);
     let mut motion = motion(Ring::regular(N, [10.0, 10.0], 0.5), resting, 1e4, nothing(), Level::new());
     motion.advance(50_000);
     let (area, _) = motion.ring.area_and_perimeter();

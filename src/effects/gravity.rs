@@ -14,22 +14,16 @@ impl Gravity {
     pub fn new(n_vertices: usize) -> Self {
         Self { vertex_weight: MASS / n_vertices as f64 }
     }
+
+    /// No gravity, while a droplet is put in place.
+    pub fn off() -> Self {
+        Self { vertex_weight: 0.0 }
+    }
 }
 
 impl BodyForce for Gravity {
     #[inline(always)]
     fn force(self) -> f64 {
         self.vertex_weight
-    }
-}
-
-/// No gravity, while a droplet is put in place.
-#[derive(Clone, Copy, Debug)]
-pub struct Weightless;
-
-impl BodyForce for Weightless {
-    #[inline(always)]
-    fn force(self) -> f64 {
-        0.0
     }
 }

@@ -9,16 +9,13 @@ use crate::effects::EdgeForce;
 use crate::effects::area::Area;
 use crate::effects::contact::Contact;
 use crate::effects::far_drag::FarDrag;
-use crate::effects::gravity::Weightless;
+use crate::effects::gravity::Gravity;
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{Deformable, MASS, regular_edge};
-use crate::scene::obstacles::ObstacleArray;
+use crate::scene::obstacles::{ObstacleArray, SEARCH_RADIUS};
 use crate::trajectory::{Failure, FailureClass};
 use fearless_simd::Level;
 use std::sync::Arc;
-
-/// How far from the box centre a gap is looked for.
-const SEARCH_RADIUS: f64 = 1.0;
 
 /// Damping rate while relaxing, in 1/t0: about critical for the shape modes.
 const RELAX_RATE: f64 = 20.0;
@@ -42,7 +39,7 @@ pub fn place_ring<E: EdgeForce>(
     level: Level,
 ) -> Result<(Ring, Contact), Failure> {
     let n = parameters.n_vertices;
-    let (gap_at, clearance) = discs.widest_gap_near_centre(SEARCH_RADIUS);
+    let (gap_at, clearance) = discs.widest_gap_near_centre();
     let room = clearance - 0.5 * parameters.delta - 1e-3;
     let full = Ring::regular_radius(n);
     let contact = Contact::new(n, parameters.e_w, parameters.delta, discs.radius);
@@ -57,7 +54,7 @@ pub fn place_ring<E: EdgeForce>(
     let effects = RingEffects {
         edge,
         area: Area { stiffness: parameters.k_a, rest: area_at(room) },
-        gravity: Weightless,
+        gravity: Gravity::off(),
         drag: FarDrag { rate: RELAX_RATE },
         eps_squared: smoothing * smoothing,
     };
@@ -92,7 +89,7 @@ pub fn place_ring<E: EdgeForce>(
 /// # Errors
 /// `bad_input` if every place near the centre lies inside a disc.
 pub fn place_point(e_w: f64, discs: &Arc<ObstacleArray>, dt: f64) -> Result<[f64; 2], Failure> {
-    let (gap_at, clearance) = discs.widest_gap_near_centre(SEARCH_RADIUS);
+    let (gap_at, clearance) = discs.widest_gap_near_centre();
     if clearance >= 0.5 {
         return Ok(gap_at);
     }

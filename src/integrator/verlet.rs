@@ -24,7 +24,7 @@ use crate::effects::contact::Contact;
 use crate::effects::{BodyForce, Drag, EdgeForce};
 use crate::scene::obstacles::ObstacleArray;
 use crate::vector::{LANES, inverse_sqrt, load, max_lanes, store, sum_lanes};
-use fearless_simd::{Level, dispatch, f64x8, prelude::*};
+use fearless_simd::{Fallback, Level, dispatch, f64x8, prelude::*};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -128,11 +128,10 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
 
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
-        let level = self.level;
-        dispatch!(level, simd => self.forces_with(simd))
+        // Seldom needed, and the same bits on every instruction set: the plain one keeps the program small.
+        self.forces_with(Fallback::new())
     }
 
-    #[inline(always)]
     fn forces_with<S: Simd>(&mut self, simd: S) -> (Vec<f64>, Vec<f64>) {
         let area = edge_pass(simd, &mut self.ring, &self.effects);
         self.contact.apply(simd, &mut self.ring);
@@ -150,8 +149,7 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
     /// Full-step velocities at the present positions: `v = [u + dt/2 F/m]/(1 + dt lambda/2)`.
     pub fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
-        let level = self.level;
-        let rates = dispatch!(level, simd => drag_rates(simd, self.effects.drag, self.ring.ux.len()));
+        let rates = drag_rates(Fallback::new(), self.effects.drag, self.ring.ux.len());
         let kick = 0.5 * self.dt / self.ring.vertex_mass();
         for i in 0..self.ring.n {
             let damping = 1.0 + 0.5 * self.dt * rates[i];

@@ -1,7 +1,7 @@
 //! Tables of decay lengths and of mean speeds, one of each per model and kind of scene.
 //!
 //! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
-//! sorted by those columns. A line under the table says what the intervals mean.
+//! sorted by those columns. The lines under the last table say what the columns mean.
 
 use super::parameters::{Split, split};
 use super::rounding::{lower_bound, significant, to_precision, with_interval};
@@ -133,9 +133,10 @@ fn tables(
         let split = split(&parameters);
         let title = format!("{what}, {}: {}", kind_in_words(parameters[0]), split.constant.join(", "));
         let body = body(&split, &rows, headers, &cells);
-        format!("{}{body}\n{}", wrap(&title), notes(&rows))
+        format!("{}{body}\n", wrap(&title))
     };
-    kinds.iter().map(table).collect::<Vec<_>>().join("\n")
+    let all: Vec<&FittedPoint> = points.iter().collect();
+    format!("{}{}", kinds.iter().map(table).collect::<Vec<_>>().join("\n"), notes(&all))
 }
 
 fn kind_in_words(point: &Point) -> String {

@@ -12,12 +12,16 @@ use crate::job::{Density, ObstacleField};
 use crate::trajectory::{Failure, FailureClass};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::sync::OnceLock;
 
 /// Positions are multiples of this, so that moving them by whole boxes and origins is exact.
 const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
 
 /// The random stream that arrays draw from; other purposes use other numbers.
 const ARRAY_STREAM: u64 = 1;
+
+/// How far from the box centre a gap is looked for, in sigma.
+pub const SEARCH_RADIUS: f64 = 1.0;
 
 /// Discs in a periodic box, sorted by cell. About 21 bytes a disc.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +35,8 @@ pub struct ObstacleArray {
     /// Discs of cell k are `cell_start[k]..cell_start[k + 1]`.
     cell_start: Vec<u32>,
     cells: usize,
+    /// Found when first asked for.
+    widest_gap: OnceLock<([f64; 2], f64)>,
 }
 
 /// A disc near a droplet, in local coordinates.
@@ -89,7 +95,7 @@ impl ObstacleArray {
             sorted_y[next[k] as usize] = y[i];
             next[k] += 1;
         }
-        Self { box_size, radius, x: sorted_x, y: sorted_y, cell_start, cells }
+        Self { box_size, radius, x: sorted_x, y: sorted_y, cell_start, cells, widest_gap: OnceLock::new() }
     }
 
     /// Number of discs.
@@ -133,9 +139,14 @@ impl ObstacleArray {
         nearest
     }
 
-    /// The point of largest clearance within `radius` of the box centre, on a grid of 0.02 sigma; ties go to the first.
-    pub fn widest_gap_near_centre(&self, radius: f64) -> ([f64; 2], f64) {
-        let centre = 0.5 * self.box_size;
+    /// The point of largest clearance within 1 sigma of the box centre, and that clearance (at most 0.75); on a grid of
+    /// 0.02 sigma, ties going to the first.
+    pub fn widest_gap_near_centre(&self) -> ([f64; 2], f64) {
+        *self.widest_gap.get_or_init(|| self.look_for_widest_gap())
+    }
+
+    fn look_for_widest_gap(&self) -> ([f64; 2], f64) {
+        let (centre, radius) = (0.5 * self.box_size, SEARCH_RADIUS);
         let steps = (radius / 0.02).round() as i32;
         let mut best = ([centre, centre], f64::NEG_INFINITY);
         for j in -steps..=steps {

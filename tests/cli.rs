@@ -1,0 +1,99 @@
+//! The program as people use it: run, run again, ask, fit, and the errors they meet.
+
+mod common;
+
+use common::{CAMPAIGN, ask, expect, meniscus, results};
+use std::fs;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("small.toml"), CAMPAIGN).unwrap();
+    folder
+}
+
+#[test]
+fn a_campaign_runs_to_its_tables_and_then_has_nothing_left_to_do() {
+    let folder = folder();
+    let dir = folder.path();
+    let first = expect(0, dir, &["run", "small.toml"]);
+    let tables = String::from_utf8_lossy(&first.stdout).into_owned();
+    for text in ["Decay lengths, DP in obstacle arrays", "Decay lengths, SP", "Mean speeds, DP", "lambda [95%]"] {
+        assert!(tables.contains(text), "{tables}");
+    }
+    let second = expect(0, dir, &["run", "small.toml"]);
+    assert!(String::from_utf8_lossy(&second.stderr).contains("all 24 jobs are done"));
+    assert_eq!(first.stdout, second.stdout, "the same results give the same tables");
+    assert_eq!(expect(0, dir, &["fit"]).stdout, second.stdout);
+    assert_eq!(ask(dir, "small.meniscus", "select count(*), sum(attempts) from runs"), "count(*),sum(attempts)\n24,24\n");
+    assert!(String::from_utf8_lossy(&expect(0, dir, &["status"]).stdout).contains("24 done"));
+    assert!(String::from_utf8_lossy(&expect(0, dir, &["plan", "small.toml"]).stdout).contains("16 done"));
+}
+
+#[test]
+fn results_do_not_depend_on_threads_or_instruction_sets() {
+    let folder = folder();
+    let dir = folder.path();
+    expect(0, dir, &["run", "small.toml", "--store", "one", "--threads", "1"]);
+    expect(0, dir, &["run", "small.toml", "--store", "two", "--threads", "2"]);
+    let scalar = meniscus(dir, &["run", "small.toml", "--store", "scalar"]).env("MENISCUS_SIMD", "scalar").output();
+    assert!(scalar.unwrap().status.success());
+    let one = results(dir, "one");
+    assert!(one[0].contains("clogged") && one[0].contains("distance") && one[2].lines().count() > 500);
+    assert_eq!(one, results(dir, "two"));
+    assert_eq!(one, results(dir, "scalar"));
+}
+
+#[test]
+fn a_campaign_that_grows_only_adds_jobs() {
+    let folder = folder();
+    let dir = folder.path();
+    expect(0, dir, &["run", "small.toml"]);
+    let before = ask(dir, "small.meniscus", "select job_id, r_end from runs order by 1");
+    let grown = CAMPAIGN.replace("e_w = [1.0, 30.0]", "e_w = [1.0, 10.0, 30.0]");
+    fs::write(dir.join("small.toml"), grown).unwrap();
+    let output = expect(0, dir, &["run", "small.toml"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("8 jobs to run"));
+    let after = ask(dir, "small.meniscus", "select job_id, r_end from runs order by 1");
+    assert!(before.lines().all(|line| after.contains(line)));
+    assert_eq!(ask(dir, "small.meniscus", "select sum(attempts) from runs"), "sum(attempts)\n32\n");
+}
+
+#[test]
+fn a_campaign_with_mistakes_is_refused_before_anything_is_written() {
+    let folder = folder();
+    let dir = folder.path();
+    fs::write(dir.join("bad.toml"), CAMPAIGN.replace("density = 0.7", "densty = 0.7\ndt = 1.0")).unwrap();
+    let output = expect(1, dir, &["run", "bad.toml"]);
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("bad.toml:7") && text.contains("density"), "{text}");
+    assert!(fs::read_dir(dir).unwrap().count() == 2, "only the two campaign files");
+    assert!(String::from_utf8_lossy(&expect(1, dir, &["run", "nowhere.toml"]).stderr).contains("nowhere.toml"));
+}
+
+#[test]
+fn failed_jobs_are_rows_with_a_reason_and_end_a_run_with_exit_code_3() {
+    let folder = folder();
+    let dir = folder.path();
+    // So many discs that some arrays are full before they hold them all.
+    let crowded = CAMPAIGN.replace("density = 0.7", "density = 2.785");
+    fs::write(dir.join("small.toml"), crowded).unwrap();
+    expect(3, dir, &["run", "small.toml"]);
+    let classes = ask(dir, "small.meniscus", "select distinct error_class from runs where state = 'failed'");
+    assert_eq!(classes, "error_class\nbad_input\n");
+    let left = ask(dir, "small.meniscus", "select count(*) from runs where state in ('pending', 'running')");
+    assert_eq!(left, "count(*)\n0\n");
+}
+
+#[test]
+fn mistakes_on_the_command_line_are_told() {
+    let folder = folder();
+    let dir = folder.path();
+    let said = |code, arguments: &[&str]| String::from_utf8_lossy(&expect(code, dir, arguments).stderr).into_owned();
+    assert!(said(1, &["status"]).contains("no store"));
+    assert!(said(1, &["query", "no.meniscus", "select 1"]).contains("no.meniscus"));
+    assert!(said(1, &["fit", "no.meniscus"]).contains("no.meniscus"));
+    assert!(!dir.join("no.meniscus").exists(), "asking creates nothing");
+    assert!(said(2, &["run", "small.toml", "--deadline", "soon"]).contains("8h"));
+    assert!(said(2, &["run", "small.toml", "--threads", "0"]).contains("threads"));
+    assert!(said(2, &["fly"]).contains("fly"));
+}
