@@ -6,8 +6,8 @@
 //!
 //! # Writing your own
 //! A force along the edges of the ring implements [`EdgeForce`]: its tension over the edge length, and its energy.
-//! Pairs of edge forces are edge forces: `(a, b)` acts with the sum of both. A constant force on every vertex
-//! implements [`BodyForce`], a drag [`Drag`].
+//! Pairs of edge forces are edge forces: `(a, b)` acts with the sum of both. Any other force on the ring implements
+//! [`RingForce`], a drag [`Drag`].
 
 pub mod area;
 pub mod contact;
@@ -16,6 +16,7 @@ pub mod gravity;
 pub mod perimeter;
 pub mod tension;
 
+use crate::droplet::deformable::Ring;
 use fearless_simd::{f64x8, prelude::*};
 
 /// A tension along each edge, a function of the smoothed edge length `l_eps = sqrt(l^2 + eps^2)`.
@@ -58,19 +59,28 @@ impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
     }
 }
 
-/// A constant force along +x on every vertex.
-pub trait BodyForce: Copy + Send + Sync + 'static {
-    /// Force on one vertex.
-    fn force(self) -> f64;
+/// A force that is not of the ring's own elasticity: of walls, of the ring on itself, of hydrostatic pressure.
+///
+/// It adds to `ring.force_x`, `ring.force_y`, and is left out of the step while it [acts](Self::acts) on nothing.
+pub trait RingForce: Send + Sync + std::fmt::Debug {
+    /// Takes note that no vertex moved further than `distance`; makes lists again that may be stale.
+    fn moved(&mut self, distance: f64, ring: &Ring);
 
-    /// Energy of one vertex at `x`.
-    fn energy(self, x: f64) -> f64 {
-        -self.force() * x
-    }
+    /// Whether it can act before the lists are made again.
+    fn acts(&self) -> bool;
+
+    /// Adds its forces; the ring's edge vectors are up to date.
+    fn add(&self, ring: &mut Ring);
+
+    /// Its energy at the present positions.
+    fn energy(&self, ring: &Ring) -> f64;
 }
 
 /// A viscous force `-m lambda_i v_i` on each vertex, taken implicitly.
-pub trait Drag: Copy + Send + Sync + 'static {
+pub trait Drag: Send + Sync + std::fmt::Debug + 'static {
+    /// Brings the damping rates up to date with the ring, whose vertices moved by at most `distance`.
+    fn update(&mut self, distance: f64, ring: &Ring);
+
     /// Damping rates `lambda` of the eight vertices from `at` on, in 1/t0.
-    fn rate<S: Simd>(self, simd: S, at: usize) -> f64x8<S>;
+    fn rate<S: Simd>(&self, simd: S, at: usize) -> f64x8<S>;
 }

@@ -3,11 +3,12 @@
 use crate::droplet::Observation;
 use crate::droplet::soft::SoftMotion;
 use crate::effects::area::Area;
+use crate::effects::contact::{Contact, OnEdges};
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::effects::perimeter::Perimeter;
 use crate::effects::tension::{LinearTension, Tension};
-use crate::effects::{BodyForce, Drag, EdgeForce};
+use crate::effects::{Drag, EdgeForce};
 use crate::integrator::relax;
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{Deformable, Job, MASS, Model, Point, Scene, regular_edge};
@@ -48,7 +49,7 @@ trait Motion {
     fn engulfed(&self) -> Option<[f64; 2]>;
 }
 
-impl<E: EdgeForce, G: BodyForce, D: Drag> Motion for RingMotion<E, G, D> {
+impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     fn advance(&mut self, steps: u64) {
         RingMotion::advance(self, steps);
     }
@@ -128,16 +129,21 @@ fn start_ring<E: EdgeForce>(
     level: Level,
 ) -> Result<Box<dyn Motion>, Failure> {
     let dt = point.stepping.dt;
-    let (ring, contact) = relax::place_ring(parameters, edge, discs, dt, level)?;
-    let smoothing = parameters.eps * regular_edge(parameters.n_vertices);
+    let n = parameters.n_vertices;
+    let walls =
+        || Box::new(Contact::<_, OnEdges>::new(discs.clone(), n, parameters.e_w / n as f64, parameters.delta, level));
+    let ring = relax::place_ring(parameters, edge, discs, walls(), dt, level)?;
+    let smoothing = parameters.eps * regular_edge(n);
     let effects = RingEffects {
         edge,
         area: Area { stiffness: parameters.k_a, rest: MASS },
-        gravity: Gravity::new(parameters.n_vertices),
+        gravity: Gravity::new(n),
         drag: FarDrag { rate: 1.0 / point.v_t },
         eps_squared: smoothing * smoothing,
+        walls: walls(),
+        others: Vec::new(),
     };
-    Ok(Box::new(RingMotion::start(ring, effects, contact, discs.clone(), dt, level)))
+    Ok(Box::new(RingMotion::start(ring, effects, dt, level)))
 }
 
 /// The times at which a run is looked at, in steps; they depend on the point alone.

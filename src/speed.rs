@@ -3,7 +3,7 @@
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
 use crate::effects::area::Area;
-use crate::effects::contact::Contact;
+use crate::effects::contact::{Contact, OnEdges};
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::effects::perimeter::Perimeter;
@@ -27,10 +27,11 @@ pub fn measure(level: Level) -> Speed {
         gravity: Gravity::new(n),
         drag: FarDrag { rate: 33.0 },
         eps_squared: 0.01 * rest * rest,
+        walls: Box::new(Contact::<_, OnEdges>::new(discs.clone(), n, 1e4 / n as f64, rest, level)),
+        others: Vec::new(),
     };
     let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));
-    let contact = Contact::new(n, 1e4, rest, 0.15);
-    let mut deformable = RingMotion::start(ring, effects, contact, discs.clone(), 1e-3, level);
+    let mut deformable = RingMotion::start(ring, effects, 1e-3, level);
     let mut soft = SoftMotion::start([9.8, 10.0], 10.0, MASS, 33.0, 1e-3, discs);
     Speed {
         deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,

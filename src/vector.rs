@@ -51,6 +51,49 @@ pub const fn padded(n: usize) -> usize {
     n.div_ceil(LANES) * LANES
 }
 
+/// Runs `$body` with `$simd` for the instruction set `$level`, compiled with its features switched on.
+///
+/// Only the sets that machines of the last ten years have get code of their own; others take the plain one.
+#[macro_export]
+macro_rules! on_level {
+    ($level:expr, $simd:ident => $body:expr) => {{
+        use fearless_simd::Simd;
+        let level: fearless_simd::Level = $level;
+        #[cfg(target_arch = "x86_64")]
+        let result = if let Some($simd) = level.as_avx512() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $body,
+            )
+        } else if let Some($simd) = level.as_avx2() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $body,
+            )
+        } else {
+            let $simd = fearless_simd::Fallback::new();
+            $body
+        };
+        #[cfg(target_arch = "aarch64")]
+        let result = if let Some($simd) = level.as_neon() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $body,
+            )
+        } else {
+            let $simd = fearless_simd::Fallback::new();
+            $body
+        };
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        let result = {
+            let _ = level;
+            let $simd = fearless_simd::Fallback::new();
+            $body
+        };
+        result
+    }};
+}
+
 /// The widest instruction set of this machine, or the plain scalar one if `MENISCUS_SIMD=scalar` asks for it.
 pub fn best_level() -> Level {
     match std::env::var("MENISCUS_SIMD").as_deref() {

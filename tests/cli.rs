@@ -24,7 +24,10 @@ fn a_campaign_runs_to_its_tables_and_then_has_nothing_left_to_do() {
     assert!(String::from_utf8_lossy(&second.stderr).contains("all 24 jobs are done"));
     assert_eq!(first.stdout, second.stdout, "the same results give the same tables");
     assert_eq!(expect(0, dir, &["fit"]).stdout, second.stdout);
-    assert_eq!(ask(dir, "small.meniscus", "select count(*), sum(attempts) from runs"), "count(*),sum(attempts)\n24,24\n");
+    assert_eq!(
+        ask(dir, "small.meniscus", "select count(*), sum(attempts) from runs"),
+        "count(*),sum(attempts)\n24,24\n"
+    );
     assert!(String::from_utf8_lossy(&expect(0, dir, &["status"]).stdout).contains("24 done"));
     assert!(String::from_utf8_lossy(&expect(0, dir, &["plan", "small.toml"]).stdout).contains("16 done"));
 }

@@ -2,13 +2,13 @@
 
 use fearless_simd::Level;
 use meniscus::droplet::deformable::Ring;
+use meniscus::effects::EdgeForce;
 use meniscus::effects::area::Area;
-use meniscus::effects::contact::Contact;
+use meniscus::effects::contact::{Contact, OnEdges};
 use meniscus::effects::far_drag::FarDrag;
 use meniscus::effects::gravity::Gravity;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::tension::{LinearTension, Tension};
-use meniscus::effects::{BodyForce, EdgeForce};
 use meniscus::integrator::verlet::{RingEffects, RingMotion};
 use meniscus::job::{MASS, regular_edge};
 use meniscus::scene::obstacles::ObstacleArray;
@@ -27,9 +27,29 @@ fn nothing() -> Arc<ObstacleArray> {
     Arc::new(ObstacleArray::from_centres(40.0, 0.15, &[], &[]))
 }
 
-fn effects<E: EdgeForce, G: BodyForce>(edge: E, area: Area, gravity: G, rate: f64) -> RingEffects<E, G, FarDrag> {
+/// Effects among `discs`, on the instruction set `level`.
+fn among<E: EdgeForce>(
+    discs: Arc<ObstacleArray>,
+    level: Level,
+    edge: E,
+    area: Area,
+    gravity: Gravity,
+    rate: f64,
+    e_w: f64,
+) -> RingEffects<E, FarDrag> {
     let eps = 0.1 * regular_edge(N);
-    RingEffects { edge, area, gravity, drag: FarDrag { rate }, eps_squared: eps * eps }
+    let walls = Box::new(Contact::<_, OnEdges>::new(discs, N, e_w / N as f64, 0.0123, level));
+    RingEffects { edge, area, gravity, drag: FarDrag { rate }, eps_squared: eps * eps, walls, others: Vec::new() }
+}
+
+/// One effect alone, among three discs that touch the ring.
+fn alone<E: EdgeForce>(edge: E, area: Area, gravity: Gravity, e_w: f64) -> RingEffects<E, FarDrag> {
+    among(discs(), Level::new(), edge, area, gravity, 0.0, e_w)
+}
+
+/// The whole droplet under gravity, among `discs`.
+fn falling(discs: Arc<ObstacleArray>, level: Level) -> RingEffects<(Tension, Perimeter), FarDrag> {
+    among(discs, level, general(), AREA, Gravity::new(N), 33.0, 1e4)
 }
 
 /// A ring bent out of shape, on no symmetry.
@@ -44,31 +64,23 @@ fn bent() -> Ring {
     ring
 }
 
-fn motion<E: EdgeForce, G: BodyForce>(
-    ring: Ring,
-    effects: RingEffects<E, G, FarDrag>,
-    e_w: f64,
-    discs: Arc<ObstacleArray>,
-    level: Level,
-) -> RingMotion<E, G, FarDrag> {
-    RingMotion::start(ring, effects, Contact::new(N, e_w, 0.0123, 0.15), discs, DT, level)
-}
-
 /// Central differences of the energy against the force, relative to the largest force.
-fn check_gradient<E: EdgeForce, G: BodyForce>(effects: RingEffects<E, G, FarDrag>, e_w: f64) {
-    let mut motion = motion(bent(), effects, e_w, discs(), Level::new());
+fn check_gradient<E: EdgeForce>(effects: RingEffects<E, FarDrag>) {
+    let mut motion = RingMotion::start(bent(), effects, DT, Level::new());
     let (fx, fy) = motion.forces();
     let largest = fx.iter().chain(&fy).fold(0.0, |a: f64, f| a.max(f.abs()));
     assert!(largest > 0.0, "the term must act on this ring");
     let h = 1e-6;
     for i in 0..N {
         for (axis, force) in [(0, fx[i]), (1, fy[i])] {
-            let energy_at = |shift: f64| {
-                let mut moved = motion.clone();
-                let coordinate = if axis == 0 { &mut moved.ring.x[i] } else { &mut moved.ring.y[i] };
+            let mut energy_at = |shift: f64| {
+                let ring = motion.ring.clone();
+                let coordinate = if axis == 0 { &mut motion.ring.x[i] } else { &mut motion.ring.y[i] };
                 *coordinate += shift;
-                moved.ring.close();
-                moved.potential_energy()
+                motion.ring.close();
+                let energy = motion.potential_energy();
+                motion.ring = ring;
+                energy
             };
             let slope = (energy_at(h) - energy_at(-h)) / (2.0 * h);
             assert!((force + slope).abs() < 1e-6 * largest, "vertex {i} axis {axis}: force {force}, slope {slope}");
@@ -78,40 +90,40 @@ fn check_gradient<E: EdgeForce, G: BodyForce>(effects: RingEffects<E, G, FarDrag
 
 #[test]
 fn tension_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects(Tension { gamma: 1.3 }, NO_AREA, Gravity::off(), 0.0), 0.0);
+    check_gradient(alone(Tension { gamma: 1.3 }, NO_AREA, Gravity::off(), 0.0));
 }
 
 #[test]
 fn perimeter_elasticity_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects(Perimeter { stiffness: 80.0, rest: regular_edge(N) }, NO_AREA, Gravity::off(), 0.0), 0.0);
+    check_gradient(alone(Perimeter { stiffness: 80.0, rest: regular_edge(N) }, NO_AREA, Gravity::off(), 0.0));
 }
 
 #[test]
 fn linear_tension_is_minus_the_gradient_of_its_energy() {
     let rest = regular_edge(N);
-    check_gradient(effects(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, Gravity::off(), 0.0), 0.0);
+    check_gradient(alone(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, Gravity::off(), 0.0));
 }
 
 #[test]
 fn pressure_is_minus_the_gradient_of_the_area_energy() {
-    check_gradient(effects((), Area { stiffness: 1.0, rest: 0.7 }, Gravity::off(), 0.0), 0.0);
+    check_gradient(alone((), Area { stiffness: 1.0, rest: 0.7 }, Gravity::off(), 0.0));
 }
 
 #[test]
 fn weight_is_minus_the_gradient_of_the_gravity_energy() {
-    check_gradient(effects((), NO_AREA, Gravity::new(N), 0.0), 0.0);
+    check_gradient(alone((), NO_AREA, Gravity::new(N), 0.0));
 }
 
 #[test]
 fn contact_is_minus_the_gradient_of_its_energy() {
-    check_gradient(effects((), NO_AREA, Gravity::off(), 0.0), 1e4);
+    check_gradient(alone((), NO_AREA, Gravity::off(), 1e4));
 }
 
 fn general() -> (Tension, Perimeter) {
     (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * N as f64, rest: regular_edge(N) })
 }
 
-fn total_energy<E: EdgeForce, G: BodyForce>(motion: &mut RingMotion<E, G, FarDrag>) -> f64 {
+fn total_energy<E: EdgeForce>(motion: &mut RingMotion<E, FarDrag>) -> f64 {
     let seen = motion.observe();
     seen.kinetic + seen.potential
 }
@@ -119,9 +131,8 @@ fn total_energy<E: EdgeForce, G: BodyForce>(motion: &mut RingMotion<E, G, FarDra
 #[test]
 fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
     let worst = |dt: f64| {
-        let contact = Contact::new(N, 1e4, 0.0123, 0.15);
-        let free = effects(general(), AREA, Gravity::off(), 0.0);
-        let mut motion = RingMotion::start(bent(), free, contact, nothing(), dt, Level::new());
+        let free = among(nothing(), Level::new(), general(), AREA, Gravity::off(), 0.0, 1e4);
+        let mut motion = RingMotion::start(bent(), free, dt, Level::new());
         let begin = total_energy(&mut motion);
         (0..100).fold(0.0, |worst: f64, _| {
             motion.advance((0.01 / dt).round() as u64);
@@ -135,9 +146,8 @@ fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
 
 #[test]
 fn with_drag_the_total_energy_never_rises() {
-    let falling = effects(general(), AREA, Gravity::new(N), 33.0);
     let start = Ring::regular(N, [9.2, 10.0], Ring::regular_radius(N));
-    let mut motion = motion(start, falling, 1e4, discs(), Level::new());
+    let mut motion = RingMotion::start(start, falling(discs(), Level::new()), DT, Level::new());
     let mut lowest = total_energy(&mut motion);
     for _ in 0..600 {
         motion.advance(100);
@@ -151,9 +161,9 @@ fn with_drag_the_total_energy_never_rises() {
 #[test]
 fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
     let v_t = 0.03;
-    let falling = effects(general(), AREA, Gravity::new(N), 1.0 / v_t);
+    let free = among(nothing(), Level::new(), general(), AREA, Gravity::new(N), 1.0 / v_t, 1e4);
     let start = Ring::regular(N, [10.0, 10.0], Ring::regular_radius(N));
-    let mut motion = motion(start, falling, 1e4, nothing(), Level::new());
+    let mut motion = RingMotion::start(start, free, DT, Level::new());
     motion.advance(20_000);
     let seen = motion.observe();
     assert!((seen.velocity / v_t - 1.0).abs() < 1e-9);
@@ -164,8 +174,8 @@ fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
 #[test]
 fn a_free_circle_holds_the_pressure_gamma_over_radius() {
     let gamma = 1.7;
-    let resting = effects(Tension { gamma }, AREA, Gravity::off(), 33.0);
-    let mut motion = motion(Ring::regular(N, [10.0, 10.0], 0.5), resting, 1e4, nothing(), Level::new());
+    let resting = among(nothing(), Level::new(), Tension { gamma }, AREA, Gravity::off(), 33.0, 1e4);
+    let mut motion = RingMotion::start(Ring::regular(N, [10.0, 10.0], 0.5), resting, DT, Level::new());
     motion.advance(50_000);
     let (area, _) = motion.ring.area_and_perimeter();
     let radius = (area / std::f64::consts::PI).sqrt();
@@ -177,17 +187,21 @@ fn a_free_circle_holds_the_pressure_gamma_over_radius() {
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
     let run = |level| {
-        let falling = effects(general(), AREA, Gravity::new(N), 33.0);
-        let mut motion = motion(bent(), falling, 1e4, discs(), level);
+        let mut motion = RingMotion::start(bent(), falling(discs(), level), DT, level);
         motion.advance(20_000);
         (motion.ring.x, motion.ring.y, motion.ring.ux, motion.ring.uy)
     };
-    assert!(run(Level::new()) == run(Level::fallback()));
+    let plain = run(Level::fallback());
+    assert!(run(Level::new()) == plain);
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = Level::new().as_avx2() {
+        assert!(run(Level::Avx2(avx2)) == plain);
+    }
 }
 
 #[test]
 fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
-    let begin = || motion(bent(), effects(general(), AREA, Gravity::new(N), 33.0), 1e4, discs(), Level::new());
+    let begin = || RingMotion::start(bent(), falling(discs(), Level::new()), DT, Level::new());
     let (mut whole, mut cut) = (begin(), begin());
     whole.advance(5000);
     for steps in [1, 7, 992, 3000, 1000] {

@@ -30,10 +30,10 @@ pub struct Ring {
     pub edge_y: Vec<f64>,
     /// Tension over smoothed length of each edge, likewise.
     pub coefficient: Vec<f64>,
-    /// Contact force on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
-    pub contact_x: Vec<f64>,
-    /// Contact force, y.
-    pub contact_y: Vec<f64>,
+    /// Forces of walls and the like on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
+    pub force_x: Vec<f64>,
+    /// The same, y.
+    pub force_y: Vec<f64>,
     /// Where the local coordinates start.
     pub origin: [f64; 2],
 }
@@ -53,8 +53,8 @@ impl Ring {
             edge_x: zeros(),
             edge_y: zeros(),
             coefficient: zeros(),
-            contact_x: zeros(),
-            contact_y: zeros(),
+            force_x: zeros(),
+            force_y: zeros(),
             origin,
         };
         for i in 0..n {

@@ -1,231 +1,315 @@
-//! Contact of the ring's edges with discs: `U = sum (k_w/2)(delta/2 - d)^2` over edges with `d < delta/2`
-//! ([C24] eq. 3, on edges), `k_w = E_w/N_v`.
+//! Contact of the ring with walls: `U = sum (k_w/2)(delta/2 - d)^2` where `d < delta/2` ([C24] eq. 3).
 //!
-//! `d` is the distance from the nearest point of the edge to the disc's surface, negative inside it. That point
-//! divides the edge at `q` in [0, 1], and the force is shared `1 - q` to `q` between the edge's vertices.
+//! The sum is over edges (default): `d` is the distance from the nearest point of the edge to the surface, negative inside
+//! it; that point divides the edge at `q` in [0, 1], and the force is shared `1 - q` to `q` between its vertices. The
+//! literal form of the paper sums over vertices.
 //!
-//! Only stretches of the ring with a disc in reach are looked at. A stretch is a run of blocks of eight edges; the
-//! list holds until some vertex has moved by the skin. Discs are visited in the order of their ids, and edges out of
+//! Only stretches of the ring with a wall in reach are looked at. A stretch is a run of blocks of eight edges; the list
+//! holds until some vertex has moved by the skin. Walls are visited in the order of their ids, and edges out of
 //! reach add exact zeros, so no result depends on when the list was made.
 
+use super::RingForce;
 use crate::droplet::deformable::Ring;
-use crate::scene::obstacles::{Disc, ObstacleArray};
+use crate::on_level;
+use crate::scene::wall::{Edges, Shape, Touch, Walls};
 use crate::vector::{LANES, load, padded, store};
-use fearless_simd::{f64x8, prelude::*};
+use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use std::marker::PhantomData;
+use std::sync::Arc;
 
 /// How far a vertex may move before the list is made again, in sigma.
 const SKIN: f64 = 0.02;
 
-/// Edges of the ring that a disc may touch before the next rebuild.
+/// What of the ring touches the walls.
+pub trait ContactForm: Send + Sync + std::fmt::Debug + 'static {
+    /// Its eight edges from edge `i` on; an edge of no length stands for its first vertex.
+    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S>;
+}
+
+/// The edges touch: the ring is a closed chain of capsules.
+#[derive(Clone, Copy, Debug)]
+pub struct OnEdges;
+
+impl ContactForm for OnEdges {
+    #[inline(always)]
+    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S> {
+        // Made here, for the ring's own edge vectors are those of the step before while the list is made.
+        let (x, y) = (load(simd, &ring.x, i), load(simd, &ring.y, i));
+        Edges { x, y, ex: load(simd, &ring.x, i + 1) - x, ey: load(simd, &ring.y, i + 1) - y }
+    }
+}
+
+/// The vertices touch: the ring is a necklace of discs, the literal form of [C24] eq. 3.
+#[derive(Clone, Copy, Debug)]
+pub struct OnVertices;
+
+impl ContactForm for OnVertices {
+    #[inline(always)]
+    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S> {
+        let zero = f64x8::splat(simd, 0.0);
+        Edges { x: load(simd, &ring.x, i), y: load(simd, &ring.y, i), ex: zero, ey: zero }
+    }
+}
+
+/// Edges of the ring that a shape may touch before the list is made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
-    disc: Disc,
+struct Stretch<T> {
+    shape: T,
     /// First edge, a multiple of eight.
     start: usize,
     /// End, a multiple of eight.
     end: usize,
 }
 
-/// The contact effect and its neighbour list.
-#[derive(Clone, Debug)]
-pub struct Contact {
-    /// k_w of each edge, zero in the padding.
-    stiffness: Vec<f64>,
-    /// Distance of an edge from the centre of a disc below which they touch, `R_ob + delta/2`.
-    reach: f64,
-    stretches: Vec<Stretch>,
-    /// Distance that the fastest vertex may still go.
-    slack: f64,
-    fresh_origin: [f64; 2],
+/// The load that one shape carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Which shape.
+    pub id: u32,
+    /// Where it acts on average, in local coordinates.
+    pub at: [f64; 2],
+    /// Force on the droplet.
+    pub force: [f64; 2],
+    /// Length of the ring in contact, as an angle turned by the normal, in radians.
+    pub turn: f64,
 }
 
-/// What the contacts of a ring amount to at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What the contacts amount to at one instant.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactState {
     /// Energy.
     pub energy: f64,
-    /// Deepest overlap `delta/2 - d`.
+    /// Deepest overlap `delta/2 - d`, in sigma.
     pub overlap: f64,
-    /// Number of discs that carry load.
-    pub loaded: u32,
+    /// Loads, by the order of the shapes.
+    pub loads: Vec<Load>,
 }
 
-impl Contact {
-    /// Contact of a ring of `n_vertices` and total stiffness `e_w` with discs of radius `disc_radius`.
-    pub fn new(n_vertices: usize, e_w: f64, delta: f64, disc_radius: f64) -> Self {
+/// Contact with the walls of any scene.
+pub trait WallContact: RingForce {
+    /// Energy, overlap and loads at the present positions.
+    fn state(&self, ring: &Ring) -> ContactState;
+
+    /// Where a shape lies inside the ring, if one does, in local coordinates.
+    fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]>;
+}
+
+/// The contact effect and its neighbour list.
+#[derive(Clone, Debug)]
+pub struct Contact<W: Walls, F: ContactForm> {
+    walls: Arc<W>,
+    level: Level,
+    /// k_w of each edge, zero in the padding.
+    stiffness: Vec<f64>,
+    /// Distance from a skeleton below which an edge touches: surface + delta/2.
+    reach: f64,
+    stretches: Vec<Stretch<W::Shape>>,
+    /// Distance that the fastest vertex may still go.
+    slack: f64,
+    list_origin: [f64; 2],
+    form: PhantomData<F>,
+}
+
+impl<W: Walls, F: ContactForm> Contact<W, F> {
+    /// Contact of a ring of `n_vertices`, each edge of stiffness `k_w`, with `walls`.
+    pub fn new(walls: Arc<W>, n_vertices: usize, k_w: f64, delta: f64, level: Level) -> Self {
         let mut stiffness = vec![0.0; padded(n_vertices)];
-        stiffness[..n_vertices].fill(e_w / n_vertices as f64);
-        Self {
-            stiffness,
-            reach: disc_radius + 0.5 * delta,
-            stretches: Vec::new(),
-            slack: f64::NEG_INFINITY,
-            fresh_origin: [f64::NAN; 2],
-        }
+        stiffness[..n_vertices].fill(k_w);
+        let reach = walls.surface() + 0.5 * delta;
+        let (stretches, slack, list_origin) = (Vec::new(), f64::NEG_INFINITY, [f64::NAN; 2]);
+        Self { walls, level, stiffness, reach, stretches, slack, list_origin, form: PhantomData }
     }
 
-    /// Whether any disc is in reach; if not, the contact pass can be skipped.
-    #[inline(always)]
-    pub fn in_reach(&self) -> bool {
-        !self.stretches.is_empty()
-    }
-
-    /// Takes note that the fastest vertex moved by at most `distance`; makes the list again when it may be stale.
-    #[inline(always)]
-    pub fn moved(&mut self, distance: f64, ring: &Ring, discs: &ObstacleArray) {
-        self.slack -= distance;
-        // Written so that a NaN, too, leads to a rebuild.
-        if !(self.slack >= 0.0) {
-            self.rebuild(ring, discs);
-        }
-    }
-
-    /// Makes the list again if the ring's origin has moved since.
-    pub fn follow(&mut self, ring: &Ring, discs: &ObstacleArray) {
-        if self.fresh_origin != ring.origin {
-            self.rebuild(ring, discs);
-        }
-    }
-
-    /// Makes the list of stretches that any disc could touch while no vertex moves further than the skin.
+    /// Makes the list of stretches that any shape could touch while no vertex moves further than the skin.
     #[inline(never)]
-    fn rebuild(&mut self, ring: &Ring, discs: &ObstacleArray) {
+    fn list(&mut self, ring: &Ring) {
         self.slack = SKIN;
-        self.fresh_origin = ring.origin;
+        self.list_origin = ring.origin;
         self.stretches.clear();
         let [x0, x1, y0, y1] = ring.bounds();
         let far = self.reach + SKIN;
-        // A ring that has burst would ask for the whole box.
+        // A ring that has burst would ask for the whole scene.
         if !((x1 - x0) + (y1 - y0) < 1e3) {
             return;
         }
-        let mut near = Vec::new();
-        discs.for_each_in(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |disc| near.push(disc));
-        near.sort_by_key(|disc| disc.id);
-        for disc in near {
-            let mut open = false;
-            for start in (0..self.stiffness.len()).step_by(LANES) {
-                let close = (start..(start + LANES).min(ring.n)).any(|i| distance_squared(ring, i, disc).1 < far * far);
-                match (close, open) {
-                    (true, false) => self.stretches.push(Stretch { disc, start, end: start + LANES }),
-                    (true, true) => self.stretches.last_mut().into_iter().for_each(|s| s.end = start + LANES),
-                    _ => {}
+        let mut near: Vec<W::Shape> = Vec::new();
+        self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));
+        near.sort_by_key(Shape::id);
+        let (stretches, blocks) = (&mut self.stretches, self.stiffness.len());
+        on_level!(self.level, simd => {
+            for &shape in &near {
+                let mut open = false;
+                for start in (0..blocks).step_by(LANES) {
+                    let distance = shape.distance(simd, F::edges(simd, ring, start));
+                    let close = distance.simd_lt(f64x8::splat(simd, far)).any_true();
+                    match (close, open) {
+                        (true, false) => stretches.push(Stretch { shape, start, end: start + LANES }),
+                        (true, true) => stretches.last_mut().into_iter().for_each(|s| s.end = start + LANES),
+                        _ => {}
+                    }
+                    open = close;
                 }
-                open = close;
             }
-        }
+        });
     }
 
-    /// Sets the contact forces of the ring, whose edge vectors must be up to date.
     #[inline(always)]
-    pub fn apply<S: Simd>(&self, simd: S, ring: &mut Ring) {
-        let zero = f64x8::splat(simd, 0.0);
-        let one = f64x8::splat(simd, 1.0);
-        ring.contact_x.fill(0.0);
-        ring.contact_y.fill(0.0);
+    fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
         for stretch in &self.stretches {
             let mut i = stretch.start;
             while i < stretch.end {
-                let (ex, ey) = (load(simd, &ring.edge_x, LANES + i), load(simd, &ring.edge_y, LANES + i));
-                // From the disc's centre to vertex i, then to the nearest point of the edge.
-                let rx = load(simd, &ring.x, i) - stretch.disc.x;
-                let ry = load(simd, &ring.y, i) - stretch.disc.y;
-                let length_squared = (ex * ex + ey * ey).max(f64x8::splat(simd, 1e-300));
-                let q = (-(rx * ex + ry * ey) / length_squared).max(zero).min(one);
-                let (px, py) = (rx + q * ex, ry + q * ey);
-                let d2 = px * px + py * py;
-                if d2.simd_lt(f64x8::splat(simd, self.reach * self.reach)).any_true() {
-                    let distance = d2.sqrt();
-                    let overlap = (self.reach - distance).max(zero);
-                    let push = load(simd, &self.stiffness, i) * overlap / distance.max(f64x8::splat(simd, 1e-300));
-                    let (fx, fy) = (push * px, push * py);
-                    let (qfx, qfy) = (q * fx, q * fy);
-                    let x0 = load(simd, &ring.contact_x, i) + (fx - qfx);
-                    store(x0, &mut ring.contact_x, i);
-                    let y0 = load(simd, &ring.contact_y, i) + (fy - qfy);
-                    store(y0, &mut ring.contact_y, i);
-                    let x1 = load(simd, &ring.contact_x, i + 1) + qfx;
-                    store(x1, &mut ring.contact_x, i + 1);
-                    let y1 = load(simd, &ring.contact_y, i + 1) + qfy;
-                    store(y1, &mut ring.contact_y, i + 1);
+                if let Some(Touch { q, overlap, nx, ny }) =
+                    stretch.shape.touch(simd, F::edges(simd, ring, i), self.reach)
+                {
+                    let push = load(simd, &self.stiffness, i) * overlap;
+                    let (fx, fy) = (push * nx, push * ny);
+                    add_shared(simd, ring, i, q, fx, fy);
                 }
                 i += LANES;
             }
         }
-        let n = ring.n;
-        ring.contact_x[0] += ring.contact_x[n];
-        ring.contact_y[0] += ring.contact_y[n];
+    }
+}
+
+/// Adds a force at the point `q` of each edge `i..i + 8` to its vertices, by the lever rule.
+#[inline(always)]
+pub fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: f64x8<S>, fy: f64x8<S>) {
+    let (ahead_x, ahead_y) = (q * fx, q * fy);
+    let x0 = load(simd, &ring.force_x, i) + (fx - ahead_x);
+    store(x0, &mut ring.force_x, i);
+    let y0 = load(simd, &ring.force_y, i) + (fy - ahead_y);
+    store(y0, &mut ring.force_y, i);
+    let x1 = load(simd, &ring.force_x, i + 1) + ahead_x;
+    store(x1, &mut ring.force_x, i + 1);
+    let y1 = load(simd, &ring.force_y, i + 1) + ahead_y;
+    store(y1, &mut ring.force_y, i + 1);
+}
+
+impl<W: Walls, F: ContactForm> RingForce for Contact<W, F> {
+    #[inline]
+    fn moved(&mut self, distance: f64, ring: &Ring) {
+        self.slack -= distance;
+        // Written so that a NaN, too, leads to a new list.
+        if !(self.slack >= 0.0) || self.list_origin != ring.origin {
+            self.list(ring);
+        }
     }
 
-    /// Energy, overlap and number of loaded discs at the present positions.
-    pub fn state(&self, ring: &Ring) -> ContactState {
+    fn acts(&self) -> bool {
+        !self.stretches.is_empty()
+    }
+
+    fn add(&self, ring: &mut Ring) {
+        on_level!(self.level, simd => self.add_with(simd, ring));
+    }
+
+    fn energy(&self, ring: &Ring) -> f64 {
+        self.state(ring).energy
+    }
+}
+
+impl<W: Walls, F: ContactForm> WallContact for Contact<W, F> {
+    fn state(&self, ring: &Ring) -> ContactState {
+        let simd = Fallback::new();
         let mut state = ContactState::default();
-        let mut last_loaded = None;
         for stretch in &self.stretches {
-            for i in stretch.start..stretch.end.min(ring.n) {
-                let overlap = self.reach - distance_squared(ring, i, stretch.disc).1.sqrt();
-                if overlap > 0.0 {
-                    state.energy += 0.5 * self.stiffness[i] * overlap * overlap;
-                    state.overlap = state.overlap.max(overlap);
-                    if last_loaded != Some(stretch.disc.id) {
-                        last_loaded = Some(stretch.disc.id);
-                        state.loaded += 1;
+            let id = stretch.shape.id();
+            for start in (stretch.start..stretch.end).step_by(LANES) {
+                let edges = F::edges(simd, ring, start);
+                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
+                    let overlap = touch.overlap.as_slice()[lane];
+                    if overlap <= 0.0 {
+                        continue;
                     }
+                    let stiffness = self.stiffness[start + lane];
+                    state.energy += 0.5 * stiffness * overlap * overlap;
+                    state.overlap = state.overlap.max(overlap);
+                    let [q, x, y, ex, ey] =
+                        [touch.q, edges.x, edges.y, edges.ex, edges.ey].map(|vector| vector.as_slice()[lane]);
+                    let normal = [touch.nx.as_slice()[lane], touch.ny.as_slice()[lane]];
+                    add_load(&mut state.loads, id, [x + q * ex, y + q * ey], normal, stiffness * overlap);
                 }
             }
         }
+        state.loads.iter_mut().for_each(finish_load);
         state
     }
 
-    /// A disc whose centre lies inside the ring, if there is one.
-    pub fn engulfed(&self, ring: &Ring, discs: &ObstacleArray) -> Option<Disc> {
+    fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
         let [x0, x1, y0, y1] = ring.bounds();
         let mut found = None;
-        discs.for_each_in(ring.origin, [x0, x1, y0, y1], |disc| {
-            if found.is_none() && ring.contains(disc.x, disc.y) {
-                found = Some(disc);
-            }
+        self.walls.for_each_near(ring.origin, [x0, x1, y0, y1], |shape| {
+            let inside = shape.heart().filter(|&[x, y]| ring.contains(x, y));
+            found = found.or(inside);
         });
         found
     }
 }
 
-/// Where on edge `i` its nearest point to the disc's centre lies, and the square of their distance.
-fn distance_squared(ring: &Ring, i: usize, disc: Disc) -> (f64, f64) {
-    let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
-    let (rx, ry) = (ring.x[i] - disc.x, ring.y[i] - disc.y);
-    let q = (-(rx * ex + ry * ey) / (ex * ex + ey * ey).max(1e-300)).clamp(0.0, 1.0);
-    let (px, py) = (rx + q * ex, ry + q * ey);
-    (q, px * px + py * py)
+/// Adds the push of one edge to the load of shape `id`; `at` is summed with the push as weight until it is finished.
+fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
+    if loads.last().is_none_or(|load| load.id != id) {
+        loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
+    }
+    if let Some(load) = loads.last_mut() {
+        for k in 0..2 {
+            load.at[k] += push * at[k];
+            load.force[k] += push * normal[k];
+        }
+        load.turn += push;
+    }
+}
+
+/// Divides the sums by the total push. The normals of a wide contact cancel in part: for normals spread evenly over an
+/// angle `turn`, `|force| = push sin(turn/2)/(turn/2)`, which is solved for the angle.
+fn finish_load(load: &mut Load) {
+    let push = load.turn;
+    load.at = load.at.map(|sum| sum / push);
+    let share = (load.force[0] * load.force[0] + load.force[1] * load.force[1]).sqrt() / push;
+    let (mut low, mut high) = (0.0, 2.0 * std::f64::consts::PI);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if libm::sin(0.5 * middle) / (0.5 * middle) > share { low = middle } else { high = middle }
+    }
+    load.turn = 0.5 * (low + high);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::obstacles::ObstacleArray;
+
+    fn discs(x: &[f64], y: &[f64]) -> Arc<ObstacleArray> {
+        Arc::new(ObstacleArray::from_centres(20.0, 0.15, x, y))
+    }
+
+    fn contact(discs: &Arc<ObstacleArray>, n: usize) -> Contact<ObstacleArray, OnEdges> {
+        Contact::new(discs.clone(), n, 100.0, 0.0123, Level::new())
+    }
 
     #[test]
     fn the_list_holds_every_edge_that_touches_within_the_skin() {
-        let n = 100;
-        let discs = ObstacleArray::from_centres(20.0, 0.15, &[10.5, 10.0, 9.0], &[10.3, 9.4, 10.0]);
-        let ring = Ring::regular(n, [10.0, 10.0], 0.5);
-        let mut contact = Contact::new(n, 1e4, 0.0123, 0.15);
-        contact.moved(0.0, &ring, &discs);
+        let discs = discs(&[10.5, 10.0, 9.0], &[10.3, 9.4, 10.0]);
+        let ring = Ring::regular(100, [10.0, 10.0], 0.5);
+        let mut listed = contact(&discs, 100);
+        listed.moved(0.0, &ring);
         for k in 0..64 {
             let (sin, cos) = libm::sincos(0.1 * f64::from(k));
             let mut moved = ring.clone();
             moved.x.iter_mut().for_each(|x| *x += 0.999 * SKIN * cos);
             moved.y.iter_mut().for_each(|y| *y += 0.999 * SKIN * sin);
-            let mut fresh = Contact::new(n, 1e4, 0.0123, 0.15);
-            fresh.moved(0.0, &moved, &discs);
-            assert_eq!(contact.state(&moved), fresh.state(&moved));
+            let mut fresh = contact(&discs, 100);
+            fresh.moved(0.0, &moved);
+            assert_eq!(listed.state(&moved), fresh.state(&moved));
         }
     }
 
     #[test]
     fn a_disc_inside_the_ring_is_found() {
-        let discs = ObstacleArray::from_centres(20.0, 0.15, &[10.1], &[10.05]);
-        let contact = Contact::new(64, 1e4, 0.0123, 0.15);
-        assert!(contact.engulfed(&Ring::regular(64, [10.0, 10.0], 0.5), &discs).is_some());
-        assert!(contact.engulfed(&Ring::regular(64, [10.7, 10.0], 0.5), &discs).is_none());
+        let discs = discs(&[10.1], &[10.05]);
+        let contact = contact(&discs, 64);
+        assert!(contact.engulfed(&Ring::regular(64, [10.0, 10.0], 0.5)).is_some());
+        assert!(contact.engulfed(&Ring::regular(64, [10.7, 10.0], 0.5)).is_none());
     }
 }

@@ -1,9 +1,8 @@
 //! Gravity along +x: `U = -M x_c` with x_c the mean vertex, so each vertex feels `M/N_v`.
 
-use super::BodyForce;
 use crate::job::MASS;
 
-/// Gravity on each vertex.
+/// Weight of each vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Gravity {
     vertex_weight: f64,
@@ -15,15 +14,19 @@ impl Gravity {
         Self { vertex_weight: MASS / n_vertices as f64 }
     }
 
-    /// No gravity, while a droplet is put in place.
+    /// No weight on the vertices: while a droplet is put in place, or where hydrostatic pressure drives it.
     pub fn off() -> Self {
         Self { vertex_weight: 0.0 }
     }
-}
 
-impl BodyForce for Gravity {
+    /// Force on one vertex along +x.
     #[inline(always)]
-    fn force(self) -> f64 {
+    pub fn force(self) -> f64 {
         self.vertex_weight
+    }
+
+    /// Energy of one vertex at `x`.
+    pub fn energy(self, x: f64) -> f64 {
+        -self.vertex_weight * x
     }
 }

@@ -7,7 +7,7 @@ use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
 use crate::effects::EdgeForce;
 use crate::effects::area::Area;
-use crate::effects::contact::Contact;
+use crate::effects::contact::WallContact;
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::integrator::verlet::{RingEffects, RingMotion};
@@ -27,24 +27,24 @@ const RELAX_TIME: f64 = 50.0;
 /// Kinetic energy at which a droplet counts as relaxed.
 const AT_REST: f64 = 1e-14;
 
-/// A relaxed ring of full area among the discs, at rest, and its contact effect.
+/// A relaxed ring of full area among the discs, at rest. Only its edges' elasticity, its area and `walls` act on it.
 ///
 /// # Errors
 /// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
 pub fn place_ring<E: EdgeForce>(
     parameters: &Deformable,
     edge: E,
-    discs: &Arc<ObstacleArray>,
+    discs: &ObstacleArray,
+    walls: Box<dyn WallContact>,
     dt: f64,
     level: Level,
-) -> Result<(Ring, Contact), Failure> {
+) -> Result<Ring, Failure> {
     let n = parameters.n_vertices;
     let (gap_at, clearance) = discs.widest_gap_near_centre();
     let room = clearance - 0.5 * parameters.delta - 1e-3;
     let full = Ring::regular_radius(n);
-    let contact = Contact::new(n, parameters.e_w, parameters.delta, discs.radius);
     if room >= full {
-        return Ok((Ring::regular(n, gap_at, full), contact));
+        return Ok(Ring::regular(n, gap_at, full));
     }
     if room < 0.01 {
         return Err(no_room(clearance));
@@ -57,9 +57,11 @@ pub fn place_ring<E: EdgeForce>(
         gravity: Gravity::off(),
         drag: FarDrag { rate: RELAX_RATE },
         eps_squared: smoothing * smoothing,
+        walls,
+        others: Vec::new(),
     };
     let ring = Ring::regular(n, gap_at, room);
-    let mut motion = RingMotion::start(ring, effects, contact, discs.clone(), dt, level);
+    let mut motion = RingMotion::start(ring, effects, dt, level);
     let stages = 400_u32;
     let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
     for stage in 1..=stages {
@@ -81,7 +83,7 @@ pub fn place_ring<E: EdgeForce>(
     let mut ring = motion.ring;
     ring.ux.fill(0.0);
     ring.uy.fill(0.0);
-    Ok((ring, motion.contact))
+    Ok(ring)
 }
 
 /// A relaxed place for a soft particle among the discs.
@@ -121,6 +123,7 @@ fn no_room(clearance: f64) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::contact::{Contact, OnEdges};
     use crate::effects::tension::Tension;
     use crate::job::{Density, ObstacleField};
 
@@ -130,10 +133,14 @@ mod tests {
         let ring = Deformable { gamma: 1.0, kappa: 1e-3, k_a: 1e4, n_vertices: 128, e_w: 1e4, delta: 0.0123, eps: 0.1 };
         for seed in 0..4 {
             let discs = Arc::new(ObstacleArray::generate(&field, seed).unwrap());
-            let (placed, contact) = place_ring(&ring, Tension { gamma: 1.0 }, &discs, 1e-3, Level::new()).unwrap();
+            let contact = || {
+                let k_w = ring.e_w / ring.n_vertices as f64;
+                Box::new(Contact::<_, OnEdges>::new(discs.clone(), ring.n_vertices, k_w, ring.delta, Level::new()))
+            };
+            let placed = place_ring(&ring, Tension { gamma: 1.0 }, &discs, contact(), 1e-3, Level::new()).unwrap();
             let (area, _) = placed.area_and_perimeter();
             assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
-            assert!(contact.engulfed(&placed, &discs).is_none());
+            assert!(contact().engulfed(&placed).is_none());
         }
     }
 }

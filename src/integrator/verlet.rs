@@ -14,132 +14,131 @@
 //! ```
 //!
 //! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is only made to be observed.
-//! A step is two passes over the ring: edges and area, then forces, kick and drift; contact stands between them where
-//! a disc is in reach.
+//! A step is two passes over the ring: edges and area, then forces, kick and drift. Contact and the like stand between
+//! them, and only while they can act.
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::effects::area::Area;
-use crate::effects::contact::Contact;
-use crate::effects::{BodyForce, Drag, EdgeForce};
-use crate::scene::obstacles::ObstacleArray;
+use crate::effects::contact::WallContact;
+use crate::effects::gravity::Gravity;
+use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::on_level;
 use crate::vector::{LANES, inverse_sqrt, load, max_lanes, store, sum_lanes};
-use fearless_simd::{Fallback, Level, dispatch, f64x8, prelude::*};
+use fearless_simd::{Fallback, Level, f64x8, prelude::*};
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-/// The effects on a ring, as types.
-#[derive(Clone, Copy, Debug)]
-pub struct RingEffects<E, G, D> {
+/// The effects on a ring; those inside its vertex loops are types.
+#[derive(Debug)]
+pub struct RingEffects<E, D> {
     /// Forces along the edges.
     pub edge: E,
     /// Area elasticity.
     pub area: Area,
-    /// Gravity, or none.
-    pub gravity: G,
+    /// Weight of the vertices.
+    pub gravity: Gravity,
     /// Drag.
     pub drag: D,
     /// Square of the smoothing length eps.
     pub eps_squared: f64,
+    /// Contact with the walls.
+    pub walls: Box<dyn WallContact>,
+    /// Whatever else pushes.
+    pub others: Vec<Box<dyn RingForce>>,
 }
 
-/// A ring among discs, with its effects, ready to be advanced.
-#[derive(Clone, Debug)]
-pub struct RingMotion<E, G, D> {
+/// A ring with its effects, ready to be advanced.
+#[derive(Debug)]
+pub struct RingMotion<E, D> {
     /// The ring.
     pub ring: Ring,
     /// Its effects.
-    pub effects: RingEffects<E, G, D>,
-    /// Contact with the discs.
-    pub contact: Contact,
-    /// The discs.
-    pub discs: Arc<ObstacleArray>,
+    pub effects: RingEffects<E, D>,
     /// Time step.
     pub dt: f64,
     level: Level,
 }
 
-impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
+impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// A ring at rest, its first half step taken.
-    pub fn start(
-        ring: Ring,
-        effects: RingEffects<E, G, D>,
-        contact: Contact,
-        discs: Arc<ObstacleArray>,
-        dt: f64,
-        level: Level,
-    ) -> Self {
-        let mut motion = Self { ring, effects, contact, discs, dt, level };
-        motion.contact.moved(f64::INFINITY, &motion.ring, &motion.discs);
+    pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
+        let mut motion = Self { ring, effects, dt, level };
+        motion.moved(f64::INFINITY);
         let (fx, fy) = motion.forces();
-        let n = motion.ring.n;
-        let kick = 0.5 * dt / motion.ring.vertex_mass();
-        motion.ring.ux[..n].copy_from_slice(&fx[..n]);
-        motion.ring.uy[..n].copy_from_slice(&fy[..n]);
-        motion.ring.ux[..n].iter_mut().chain(&mut motion.ring.uy[..n]).for_each(|u| *u *= kick);
-        motion.drift();
+        let ring = &mut motion.ring;
+        let kick = 0.5 * dt / ring.vertex_mass();
+        let mut fastest_squared: f64 = 0.0;
+        for i in 0..ring.n {
+            (ring.ux[i], ring.uy[i]) = (kick * fx[i], kick * fy[i]);
+            ring.x[i] += dt * ring.ux[i];
+            ring.y[i] += dt * ring.uy[i];
+            fastest_squared = fastest_squared.max(ring.ux[i] * ring.ux[i] + ring.uy[i] * ring.uy[i]);
+        }
+        ring.close();
+        motion.moved(dt * fastest_squared.sqrt());
         motion
     }
 
-    /// Positions follow the half-step velocities.
-    fn drift(&mut self) {
-        let (ring, dt) = (&mut self.ring, self.dt);
-        let mut fastest: f64 = 0.0;
-        for i in 0..ring.n {
-            ring.x[i] += dt * ring.ux[i];
-            ring.y[i] += dt * ring.uy[i];
-            fastest = fastest.max(ring.ux[i] * ring.ux[i] + ring.uy[i] * ring.uy[i]);
+    /// Tells the effects that no vertex moved further than `distance`.
+    #[inline(always)]
+    fn moved(&mut self, distance: f64) {
+        self.effects.walls.moved(distance, &self.ring);
+        for other in &mut self.effects.others {
+            other.moved(distance, &self.ring);
         }
-        ring.close();
-        self.contact.moved(dt * fastest.sqrt(), &self.ring, &self.discs);
+        self.effects.drag.update(distance, &self.ring);
     }
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        let level = self.level;
-        dispatch!(level, simd => self.advance_with(simd, steps));
-    }
-
-    #[inline(always)]
-    fn advance_with<S: Simd>(&mut self, simd: S, steps: u64) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for _ in 0..steps {
-                    let area = edge_pass(simd, &mut self.ring, &self.effects);
-                    let fastest_squared = if self.contact.in_reach() {
-                        self.contact.apply(simd, &mut self.ring);
-                        kick_and_drift::<S, E, G, D, true>(simd, &mut self.ring, &self.effects, area, self.dt)
-                    } else {
-                        kick_and_drift::<S, E, G, D, false>(simd, &mut self.ring, &self.effects, area, self.dt)
-                    };
-                    self.ring.close();
-                    self.contact.moved(self.dt * fastest_squared.sqrt(), &self.ring, &self.discs);
-                }
-            },
-        );
+        let (level, dt) = (self.level, self.dt);
+        for _ in 0..steps {
+            let (ring, effects) = (&mut self.ring, &self.effects);
+            let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
+            let pushed = add_forces(ring, effects);
+            let kick = Kick {
+                half_pressure: 0.5 * effects.area.pressure(area),
+                weight: effects.gravity.force(),
+                stiffness: effects.edge,
+                drag: &effects.drag,
+                dt,
+            };
+            let fastest_squared = if pushed {
+                on_level!(level, simd => kick.kick_and_drift::<_, true>(simd, ring))
+            } else {
+                on_level!(level, simd => kick.kick_and_drift::<_, false>(simd, ring))
+            };
+            ring.close();
+            self.moved(dt * fastest_squared.sqrt());
+        }
     }
 
     /// Moves the ring's origin next to it. Call at instants that do not depend on how a run is cut up.
     pub fn follow(&mut self) {
         self.ring.follow();
-        self.contact.follow(&self.ring, &self.discs);
+        self.moved(0.0);
     }
 
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
         // Seldom needed, and the same bits on every instruction set: the plain one keeps the program small.
-        self.forces_with(Fallback::new())
-    }
-
-    fn forces_with<S: Simd>(&mut self, simd: S) -> (Vec<f64>, Vec<f64>) {
-        let area = edge_pass(simd, &mut self.ring, &self.effects);
-        self.contact.apply(simd, &mut self.ring);
-        let (ring, effects) = (&self.ring, &self.effects);
-        let half_pressure = 0.5 * effects.area.pressure(area);
+        let simd = Fallback::new();
+        let (ring, effects) = (&mut self.ring, &self.effects);
+        let area = edge_pass(simd, ring, effects.edge, effects.eps_squared);
+        if !add_forces(ring, effects) {
+            ring.force_x.fill(0.0);
+            ring.force_y.fill(0.0);
+        }
+        let kick = Kick {
+            half_pressure: 0.5 * effects.area.pressure(area),
+            weight: effects.gravity.force(),
+            stiffness: effects.edge,
+            drag: &effects.drag,
+            dt: self.dt,
+        };
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
         for i in (0..ring.ux.len()).step_by(LANES) {
-            let (x, y) = net_force::<S, E, G, D, true>(simd, ring, effects, half_pressure, i);
+            let (x, y) = kick.net_force::<_, true>(simd, ring, i);
             store(x, &mut fx, i);
             store(y, &mut fy, i);
         }
@@ -149,10 +148,11 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
     /// Full-step velocities at the present positions: `v = [u + dt/2 F/m]/(1 + dt lambda/2)`.
     pub fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
-        let rates = drag_rates(Fallback::new(), self.effects.drag, self.ring.ux.len());
+        let simd = Fallback::new();
         let kick = 0.5 * self.dt / self.ring.vertex_mass();
         for i in 0..self.ring.n {
-            let damping = 1.0 + 0.5 * self.dt * rates[i];
+            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let damping = 1.0 + 0.5 * self.dt * rate;
             vx[i] = (self.ring.ux[i] + kick * vx[i]) / damping;
             vy[i] = (self.ring.uy[i] + kick * vy[i]) / damping;
         }
@@ -162,7 +162,8 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
     /// Potential energy of all effects at the present positions.
     pub fn potential_energy(&self) -> f64 {
         let (ring, effects) = (&self.ring, &self.effects);
-        let mut energy = effects.area.energy(ring.area_and_perimeter().0) + self.contact.state(ring).energy;
+        let mut energy = effects.area.energy(ring.area_and_perimeter().0) + effects.walls.energy(ring);
+        energy += effects.others.iter().map(|other| other.energy(ring)).sum::<f64>();
         for i in 0..ring.n {
             let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
             energy += effects.edge.energy((ex * ex + ey * ey + effects.eps_squared).sqrt());
@@ -178,7 +179,7 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
         let (area, perimeter) = ring.area_and_perimeter();
         let (centroid, velocity) = ring.centroid(&vx, &vy);
         let squares: f64 = vx[..ring.n].iter().zip(&vy).map(|(x, y)| x * x + y * y).sum();
-        let contact = self.contact.state(ring);
+        let contact = self.effects.walls.state(ring);
         Observation {
             x: centroid[0] + ring.origin[0],
             y: centroid[1] + ring.origin[1],
@@ -188,29 +189,40 @@ impl<E: EdgeForce, G: BodyForce, D: Drag> RingMotion<E, G, D> {
             shape: Some(perimeter * perimeter / (4.0 * PI * area)),
             area_error: Some(area / self.effects.area.rest - 1.0),
             overlap: contact.overlap,
-            contacts: contact.loaded,
+            contacts: contact.loads.len() as u32,
         }
     }
 
-    /// World position of the centre of a disc inside the ring, if there is one.
+    /// World position of a shape inside the ring, if there is one.
     pub fn engulfed(&self) -> Option<[f64; 2]> {
         let origin = self.ring.origin;
-        self.contact.engulfed(&self.ring, &self.discs).map(|disc| [disc.x + origin[0], disc.y + origin[1]])
+        self.effects.walls.engulfed(&self.ring).map(|[x, y]| [x + origin[0], y + origin[1]])
     }
 }
 
+/// Sets the forces of walls and the like; false, and nothing done, if none can act now.
 #[inline(always)]
-fn drag_rates<S: Simd, D: Drag>(simd: S, drag: D, n: usize) -> Vec<f64> {
-    let mut rates = vec![0.0; n];
-    for i in (0..n).step_by(LANES) {
-        store(drag.rate(simd, i), &mut rates, i);
+fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> bool {
+    if !effects.walls.acts() && !effects.others.iter().any(|other| other.acts()) {
+        return false;
     }
-    rates
+    ring.force_x.fill(0.0);
+    ring.force_y.fill(0.0);
+    if effects.walls.acts() {
+        effects.walls.add(ring);
+    }
+    for other in effects.others.iter().filter(|other| other.acts()) {
+        other.add(ring);
+    }
+    let n = ring.n;
+    ring.force_x[0] += ring.force_x[n];
+    ring.force_y[0] += ring.force_y[n];
+    true
 }
 
 /// Edge vectors and their tension coefficients; returns the area.
 #[inline(always)]
-fn edge_pass<S: Simd, E: EdgeForce, G: Copy, D: Copy>(simd: S, ring: &mut Ring, effects: &RingEffects<E, G, D>) -> f64 {
+fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squared: f64) -> f64 {
     let (n, long) = (ring.n, ring.ux.len());
     // Slices of one known length let the compiler drop the bounds checks.
     let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
@@ -226,8 +238,8 @@ fn edge_pass<S: Simd, E: EdgeForce, G: Copy, D: Copy>(simd: S, ring: &mut Ring, 
         store(ex, edge_x, i + LANES);
         store(ey, edge_y, i + LANES);
         if E::NEEDS_LENGTH {
-            let inverse_length = inverse_sqrt(simd, ex * ex + ey * ey + effects.eps_squared);
-            store(effects.edge.coefficient(simd, inverse_length), coefficient, i + LANES);
+            let inverse_length = inverse_sqrt(simd, ex * ex + ey * ey + eps_squared);
+            store(edge.coefficient(simd, inverse_length), coefficient, i + LANES);
         }
         i += LANES;
     }
@@ -237,67 +249,66 @@ fn edge_pass<S: Simd, E: EdgeForce, G: Copy, D: Copy>(simd: S, ring: &mut Ring, 
     0.5 * sum_lanes(cross)
 }
 
-/// Sum of all forces but drag on the vertices `i..i + 8`.
-#[inline(always)]
-fn net_force<S: Simd, E: EdgeForce, G: BodyForce, D: Copy, const CONTACT: bool>(
-    simd: S,
-    ring: &Ring,
-    effects: &RingEffects<E, G, D>,
+/// Everything the second pass needs.
+struct Kick<'a, E, D> {
     half_pressure: f64,
-    i: usize,
-) -> (f64x8<S>, f64x8<S>) {
-    let (ex, ey) = (load(simd, &ring.edge_x, i + LANES), load(simd, &ring.edge_y, i + LANES));
-    let (back_x, back_y) = (load(simd, &ring.edge_x, i + LANES - 1), load(simd, &ring.edge_y, i + LANES - 1));
-    let (pull_x, pull_y) = if E::NEEDS_LENGTH {
-        let ahead = load(simd, &ring.coefficient, i + LANES);
-        let behind = load(simd, &ring.coefficient, i + LANES - 1);
-        (ahead * ex - behind * back_x, ahead * ey - behind * back_y)
-    } else {
-        let stiffness = effects.edge.coefficient(simd, f64x8::splat(simd, 0.0));
-        (stiffness * (ex - back_x), stiffness * (ey - back_y))
-    };
-    let mut fx = pull_x + (ey + back_y) * half_pressure + effects.gravity.force();
-    let mut fy = pull_y - (ex + back_x) * half_pressure;
-    if CONTACT {
-        fx += load(simd, &ring.contact_x, i);
-        fy += load(simd, &ring.contact_y, i);
-    }
-    (fx, fy)
+    weight: f64,
+    /// Read only where the tension does not depend on the length.
+    stiffness: E,
+    drag: &'a D,
+    dt: f64,
 }
 
-/// New half-step velocities and positions; returns the largest squared speed.
-#[inline(always)]
-fn kick_and_drift<S: Simd, E: EdgeForce, G: BodyForce, D: Drag, const CONTACT: bool>(
-    simd: S,
-    ring: &mut Ring,
-    effects: &RingEffects<E, G, D>,
-    area: f64,
-    dt: f64,
-) -> f64 {
-    let half_pressure = 0.5 * effects.area.pressure(area);
-    let (half_dt, kick) = (0.5 * dt, dt / ring.vertex_mass());
-    let (mut fastest, mut last) = (f64x8::splat(simd, 0.0), 0.0);
-    let long = ring.ux.len();
-    let mut i = 0;
-    while i + LANES <= long {
-        let (fx, fy) = net_force::<S, E, G, D, CONTACT>(simd, ring, effects, half_pressure, i);
-        let damping = effects.drag.rate(simd, i) * half_dt;
-        let share = 1.0 / (1.0 + damping);
-        let (keep, push) = ((1.0 - damping) * share, share * kick);
-        let ux = load(simd, &ring.ux, i) * keep + fx * push;
-        let uy = load(simd, &ring.uy, i) * keep + fy * push;
-        store(ux, &mut ring.ux, i);
-        store(uy, &mut ring.uy, i);
-        let speed_squared = ux * ux + uy * uy;
-        if i + LANES <= ring.n {
-            fastest = fastest.max(speed_squared);
+impl<E: EdgeForce, D: Drag> Kick<'_, E, D> {
+    /// Sum of all forces but drag on the vertices `i..i + 8`.
+    #[inline(always)]
+    fn net_force<S: Simd, const PUSHED: bool>(&self, simd: S, ring: &Ring, i: usize) -> (f64x8<S>, f64x8<S>) {
+        let (ex, ey) = (load(simd, &ring.edge_x, i + LANES), load(simd, &ring.edge_y, i + LANES));
+        let (back_x, back_y) = (load(simd, &ring.edge_x, i + LANES - 1), load(simd, &ring.edge_y, i + LANES - 1));
+        let (pull_x, pull_y) = if E::NEEDS_LENGTH {
+            let ahead = load(simd, &ring.coefficient, i + LANES);
+            let behind = load(simd, &ring.coefficient, i + LANES - 1);
+            (ahead * ex - behind * back_x, ahead * ey - behind * back_y)
         } else {
-            last = speed_squared.as_slice()[..ring.n - i].iter().fold(0.0, |a: f64, &b| a.max(b));
+            let stiffness = self.stiffness.coefficient(simd, f64x8::splat(simd, 0.0));
+            (stiffness * (ex - back_x), stiffness * (ey - back_y))
+        };
+        let mut fx = pull_x + (ey + back_y) * self.half_pressure + self.weight;
+        let mut fy = pull_y - (ex + back_x) * self.half_pressure;
+        if PUSHED {
+            fx += load(simd, &ring.force_x, i);
+            fy += load(simd, &ring.force_y, i);
         }
-        let (x, y) = (load(simd, &ring.x, i) + ux * dt, load(simd, &ring.y, i) + uy * dt);
-        store(x, &mut ring.x, i);
-        store(y, &mut ring.y, i);
-        i += LANES;
+        (fx, fy)
     }
-    max_lanes(fastest).max(last)
+
+    /// New half-step velocities and positions; returns the largest squared speed.
+    #[inline(always)]
+    fn kick_and_drift<S: Simd, const PUSHED: bool>(&self, simd: S, ring: &mut Ring) -> f64 {
+        let (half_dt, kick) = (0.5 * self.dt, self.dt / ring.vertex_mass());
+        let (mut fastest, mut last) = (f64x8::splat(simd, 0.0), 0.0);
+        let long = ring.ux.len();
+        let mut i = 0;
+        while i + LANES <= long {
+            let (fx, fy) = self.net_force::<S, PUSHED>(simd, ring, i);
+            let damping = self.drag.rate(simd, i) * half_dt;
+            let share = 1.0 / (1.0 + damping);
+            let (keep, push) = ((1.0 - damping) * share, share * kick);
+            let ux = load(simd, &ring.ux, i) * keep + fx * push;
+            let uy = load(simd, &ring.uy, i) * keep + fy * push;
+            store(ux, &mut ring.ux, i);
+            store(uy, &mut ring.uy, i);
+            let speed_squared = ux * ux + uy * uy;
+            if i + LANES <= ring.n {
+                fastest = fastest.max(speed_squared);
+            } else {
+                last = speed_squared.as_slice()[..ring.n - i].iter().fold(0.0, |a: f64, &b| a.max(b));
+            }
+            let (x, y) = (load(simd, &ring.x, i) + ux * self.dt, load(simd, &ring.y, i) + uy * self.dt);
+            store(x, &mut ring.x, i);
+            store(y, &mut ring.y, i);
+            i += LANES;
+        }
+        max_lanes(fastest).max(last)
+    }
 }

@@ -1,0 +1,179 @@
+//! A constriction between two wedges: `|y| >= w/2 + |x| tan(angle)`, infinite to both sides ([C24] 2.3).
+//!
+//! With a tip radius the wedges are rounded off so that the orifice keeps its width: a sharp wedge whose tip stands that
+//! much further out, surrounded by a surface at the tip radius.
+
+use super::wall::{Edges, Shape, Touch, Walls};
+use fearless_simd::{f64x8, prelude::*};
+
+/// The two wedges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelWalls {
+    half_width: f64,
+    tip_radius: f64,
+    sin: f64,
+    cos: f64,
+}
+
+impl ChannelWalls {
+    /// An orifice of width `w` between wedges whose faces rise by `angle` degrees from the axis.
+    pub fn new(w: f64, angle: f64, tip_radius: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        Self { half_width: 0.5 * w, tip_radius, sin, cos }
+    }
+}
+
+impl Walls for ChannelWalls {
+    type Shape = Wedge;
+
+    fn surface(&self) -> f64 {
+        self.tip_radius
+    }
+
+    fn for_each_near(&self, origin: [f64; 2], _: [f64; 4], mut visit: impl FnMut(Wedge)) {
+        for (id, side) in [(0, 1.0), (1, -1.0)] {
+            let y = side * (self.half_width + self.tip_radius) - origin[1];
+            visit(Wedge { id, x: -origin[0], y, side, sin: self.sin, cos: self.cos });
+        }
+    }
+}
+
+/// A sharp wedge with its tip at (x, y), opening towards `+y` (`side = 1`) or `-y` (`side = -1`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wedge {
+    id: u32,
+    x: f64,
+    y: f64,
+    side: f64,
+    sin: f64,
+    cos: f64,
+}
+
+/// Where eight points lie with respect to a wedge.
+struct Place<S: Simd> {
+    distance: f64x8<S>,
+    nx: f64x8<S>,
+    ny: f64x8<S>,
+}
+
+impl Wedge {
+    /// Signed distance of points relative to the tip, with the wedge opening upwards, and the normal there.
+    #[inline(always)]
+    fn place<S: Simd>(&self, simd: S, rx: f64x8<S>, ry: f64x8<S>) -> Place<S> {
+        let zero = f64x8::splat(simd, 0.0);
+        // Mirrored to the right face, which is the nearer one.
+        let mirrored = rx.abs();
+        let along = mirrored * self.cos + ry * self.sin;
+        let face = mirrored * self.sin - ry * self.cos;
+        let tip = (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt();
+        let at_tip = along.simd_le(zero);
+        let sign = f64x8::splat(simd, 1.0).copysign(rx);
+        Place {
+            distance: at_tip.select(tip, face),
+            nx: at_tip.select(rx / tip, sign * self.sin),
+            ny: at_tip.select(ry / tip, f64x8::splat(simd, -self.cos)),
+        }
+    }
+
+    /// The nearest point of each edge: its place, and where on the edge it lies.
+    #[inline(always)]
+    fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>) -> (Place<S>, f64x8<S>) {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let (rx, ry) = (edges.x - self.x, (edges.y - self.y) * self.side);
+        let (ex, ey) = (edges.ex, edges.ey * self.side);
+        let tiny = f64x8::splat(simd, 1e-300);
+        let to_tip = (-(rx * ex + ry * ey) / (ex * ex + ey * ey).max(tiny)).max(zero).min(one);
+        // Where the nearer face changes; an edge along the axis has no such place.
+        let crosses = (ex * ex).simd_gt(tiny);
+        let to_axis = (-rx / crosses.select(ex, one)).max(zero).min(one);
+        // The distance is convex along the edge, so its minimum is at one of these.
+        let mut best_q = zero;
+        let mut best = self.place(simd, rx, ry);
+        for q in [one, to_tip, to_axis] {
+            let place = self.place(simd, rx + q * ex, ry + q * ey);
+            let nearer = place.distance.simd_lt(best.distance);
+            best_q = nearer.select(q, best_q);
+            best = Place {
+                distance: nearer.select(place.distance, best.distance),
+                nx: nearer.select(place.nx, best.nx),
+                ny: nearer.select(place.ny, best.ny),
+            };
+        }
+        (best, best_q)
+    }
+}
+
+impl Shape for Wedge {
+    fn id(&self) -> u32 {
+        self.id
+    }
+
+    #[inline(always)]
+    fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S> {
+        self.nearest(simd, edges).0.distance
+    }
+
+    #[inline(always)]
+    fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
+        let (place, q) = self.nearest(simd, edges);
+        let overlap = (reach - place.distance).max(f64x8::splat(simd, 0.0));
+        let touches = overlap.simd_gt(f64x8::splat(simd, 0.0)).any_true();
+        touches.then(|| Touch { q, overlap, nx: place.nx, ny: place.ny * self.side })
+    }
+
+    fn heart(&self) -> Option<[f64; 2]> {
+        Some([self.x, self.y])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::Fallback;
+
+    fn distance(wedge: &Wedge, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let simd = Fallback::new();
+        let splat = |v: f64| f64x8::splat(simd, v);
+        let edges =
+            Edges { x: splat(from[0]), y: splat(from[1]), ex: splat(to[0] - from[0]), ey: splat(to[1] - from[1]) };
+        wedge.distance(simd, edges).as_slice()[0]
+    }
+
+    /// Signed distance of a point from the region above both faces, by the definition.
+    fn by_definition(w: f64, angle: f64, p: [f64; 2]) -> f64 {
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        let (x, y) = (p[0].abs(), p[1] - 0.5 * w);
+        if x * cos + y * sin <= 0.0 { (x * x + y * y).sqrt() } else { x * sin - y * cos }
+    }
+
+    #[test]
+    fn an_edge_is_as_near_as_its_nearest_point() {
+        for angle in [30.0, 45.0, 80.0] {
+            let walls = ChannelWalls::new(0.7, angle, 0.0);
+            let mut wedges = Vec::new();
+            walls.for_each_near([0.0, 0.0], [0.0; 4], |wedge| wedges.push(wedge));
+            for k in 0..400 {
+                let t = f64::from(k);
+                let from = [libm::sin(1.7 * t), 0.35 + libm::cos(2.3 * t)];
+                let to = [from[0] + libm::sin(0.9 * t), from[1] + libm::cos(3.1 * t)];
+                let sampled = (0..=4000)
+                    .map(|i| f64::from(i) / 4000.0)
+                    .map(|q| by_definition(0.7, angle, [0, 1].map(|c| from[c] + q * (to[c] - from[c]))))
+                    .fold(f64::INFINITY, f64::min);
+                let exact = distance(&wedges[0], from, to);
+                assert!(exact <= sampled + 1e-12 && exact > sampled - 1e-3, "{angle} {k}: {exact} {sampled}");
+                // The lower wedge is the mirror image.
+                assert_eq!(exact, distance(&wedges[1], [from[0], -from[1]], [to[0], -to[1]]));
+            }
+        }
+    }
+
+    #[test]
+    fn a_rounded_tip_keeps_the_width_of_the_orifice() {
+        let walls = ChannelWalls::new(0.7, 45.0, 0.1);
+        walls.for_each_near([0.0, 0.0], [0.0; 4], |wedge| {
+            let centre = distance(&wedge, [0.0, 0.0], [0.0, 0.0]) - walls.surface();
+            assert!((centre - 0.35).abs() < 1e-15);
+        });
+    }
+}

@@ -1,0 +1,49 @@
+//! A flat wall across the droplet's way at `x = 0`, on which it comes to rest ([C24] Fig. 7b).
+
+use super::wall::{Edges, Shape, Touch, Walls};
+use fearless_simd::{f64x8, prelude::*};
+
+/// The plate, `x >= 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate;
+
+impl Walls for Plate {
+    type Shape = HalfPlane;
+
+    fn surface(&self) -> f64 {
+        0.0
+    }
+
+    fn for_each_near(&self, origin: [f64; 2], _: [f64; 4], mut visit: impl FnMut(HalfPlane)) {
+        visit(HalfPlane { x: -origin[0] });
+    }
+}
+
+/// Everything beyond `x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfPlane {
+    x: f64,
+}
+
+impl Shape for HalfPlane {
+    fn id(&self) -> u32 {
+        0
+    }
+
+    #[inline(always)]
+    fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S> {
+        self.x - edges.x - edges.ex.max(f64x8::splat(simd, 0.0))
+    }
+
+    #[inline(always)]
+    fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let overlap = (reach - self.distance(simd, edges)).max(zero);
+        let q = edges.ex.simd_gt(zero).select(one, zero);
+        overlap.simd_gt(zero).any_true().then_some(Touch { q, overlap, nx: -one, ny: zero })
+    }
+
+    fn heart(&self) -> Option<[f64; 2]> {
+        None
+    }
+}

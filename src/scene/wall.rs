@@ -1,0 +1,78 @@
+//! What a droplet can touch: convex shapes, told from the skeleton that their surface surrounds at a fixed distance.
+//!
+//! A disc is a point with the surface at its radius; a wedge with a rounded tip is a sharp wedge with the surface at the tip
+//! radius; a plate is a half-plane. Signed distances to a convex skeleton are convex along an edge, so an edge has one
+//! nearest point.
+//!
+//! # Writing your own
+//! A shape implements [`Shape`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
+//! the shapes near a droplet.
+
+use crate::vector::{LANES, load};
+use fearless_simd::{f64x8, prelude::*};
+
+/// Eight edges: where they start, relative to the ring's origin, and their vectors.
+#[derive(Clone, Copy)]
+pub struct Edges<S: Simd> {
+    /// x of the first vertex.
+    pub x: f64x8<S>,
+    /// y of the first vertex.
+    pub y: f64x8<S>,
+    /// x of the edge vector.
+    pub ex: f64x8<S>,
+    /// y of the edge vector.
+    pub ey: f64x8<S>,
+}
+
+/// How eight edges touch a shape.
+#[derive(Clone, Copy)]
+pub struct Touch<S: Simd> {
+    /// Where on the edge its nearest point lies, in [0, 1].
+    pub q: f64x8<S>,
+    /// `reach` less the distance of that point from the skeleton; zero where they do not touch.
+    pub overlap: f64x8<S>,
+    /// Unit normal away from the shape, x.
+    pub nx: f64x8<S>,
+    /// Unit normal, y.
+    pub ny: f64x8<S>,
+}
+
+/// A convex obstacle.
+pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// Orders the shapes of a scene, so that sums over them have one order.
+    fn id(&self) -> u32;
+
+    /// Distance from the nearest point of each edge to the skeleton, negative inside it.
+    fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S>;
+
+    /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
+    fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>>;
+
+    /// Whether the shape counts as inside a ring that contains this point (local coordinates); `None` for shapes that
+    /// reach to infinity, which no ring can contain.
+    fn heart(&self) -> Option<[f64; 2]>;
+}
+
+/// The walls of a scene.
+pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
+    /// Their shape.
+    type Shape: Shape;
+
+    /// Distance of the surface from the skeleton: the radius of a disc or a tip.
+    fn surface(&self) -> f64;
+
+    /// Calls `visit` with every shape whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`, all in
+    /// coordinates relative to `origin`.
+    fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Shape));
+}
+
+/// Eight edges of a ring from edge `i` on, their vectors already made.
+#[inline(always)]
+pub fn edges_at<S: Simd>(simd: S, ring: &crate::droplet::deformable::Ring, i: usize) -> Edges<S> {
+    Edges {
+        x: load(simd, &ring.x, i),
+        y: load(simd, &ring.y, i),
+        ex: load(simd, &ring.edge_x, LANES + i),
+        ey: load(simd, &ring.edge_y, LANES + i),
+    }
+}
