@@ -178,7 +178,10 @@ impl Worker<'_> {
         match taken {
             Ok(Some(result)) => told.send(Note::Ended(Ended { result, expected_s: planned.expected_s })).is_ok(),
             Ok(None) => false,
-            Err(_) => told.send(Note::WriterStopped).is_ok() && false,
+            Err(_) => {
+                let _ = told.send(Note::WriterStopped);
+                false
+            }
         }
     }
 }
