@@ -13,7 +13,10 @@ pub mod area;
 pub mod contact;
 pub mod far_drag;
 pub mod gravity;
+pub mod hydrostatic;
+pub mod near_wall_drag;
 pub mod perimeter;
+pub mod self_contact;
 pub mod tension;
 
 use crate::droplet::deformable::Ring;

@@ -25,6 +25,12 @@ pub struct Point {
     pub scene: Scene,
     /// Terminal speed of the free droplet, `V_t = M/b_inf`, in `sqrt(g sigma)`.
     pub v_t: f64,
+    /// Strength of the near-wall drag, `b0/b_inf` ([C24] eq. 6); zero switches it off.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub b0: f64,
+    /// Exponent of the near-wall drag; the paper's 4/3 unless said otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alpha: Option<f64>,
     /// How time advances.
     pub stepping: Stepping,
     /// When a run ends.
@@ -61,6 +67,126 @@ pub struct Deformable {
     pub delta: f64,
     /// Smoothing of the edge length, `eps/l0`.
     pub eps: f64,
+    /// What E_w means.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub wall: WallStiffness,
+    /// What of the ring touches walls.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub contact: ContactKind,
+    /// How gravity acts on the ring.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub gravity: GravityForm,
+    /// Whether the ring repels itself where it folds back.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub self_contact: SelfContact,
+    /// What happens when an obstacle comes to lie inside the ring.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub engulfed: Engulfed,
+}
+
+/// Declares a choice among named ways, the first being the default.
+macro_rules! choice {
+    ($(#[$doc:meta])* $kind:ident { $(#[$first_doc:meta])* $first:ident = $first_name:literal, $($(#[$way_doc:meta])* $way:ident = $name:literal),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        pub enum $kind {
+            $(#[$first_doc])*
+            #[default]
+            #[serde(rename = $first_name)]
+            $first,
+            $($(#[$way_doc])* #[serde(rename = $name)] $way),+
+        }
+        impl $kind {
+            /// All names, as campaign files write them; the default first.
+            pub const NAMES: &'static [&'static str] = &[$first_name, $($name),+];
+            /// The name that campaign files write.
+            pub const fn name(self) -> &'static str {
+                match self { Self::$first => $first_name, $(Self::$way => $name),+ }
+            }
+            /// The way of that name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name { $first_name => Some(Self::$first), $($name => Some(Self::$way),)+ _ => None }
+            }
+        }
+    };
+}
+choice!(
+    /// What the wall stiffness E_w means.
+    WallStiffness {
+        /// Shared by all edges: `k_w = E_w/N_v`.
+        Total = "total",
+        /// The literal [C24] eq. 3: `k_w = 4 E_w/delta^2` for each.
+        PerVertex = "per_vertex",
+    }
+);
+choice!(
+    /// What of the ring touches walls.
+    ContactKind {
+        /// Its edges.
+        Edge = "edge",
+        /// Its vertices alone, the literal [C24] eq. 3.
+        Vertex = "vertex",
+    }
+);
+choice!(
+    /// How gravity acts on the ring.
+    GravityForm {
+        /// `M/N_v` on each vertex.
+        Vertex = "vertex",
+        /// Minus the gradient of the area centroid: a hydrostatic pressure.
+        Centroid = "centroid",
+    }
+);
+choice!(
+    /// Whether the ring repels itself.
+    SelfContact {
+        /// Where it folds back, and at no cost elsewhere.
+        Auto = "auto",
+        /// Not at all.
+        Off = "off",
+    }
+);
+choice!(
+    /// What happens when an obstacle comes to lie inside the ring.
+    Engulfed {
+        /// The run fails.
+        Fail = "fail",
+        /// It goes on, and is marked.
+        Record = "record",
+    }
+);
+
+/// Whether a field has the value that means "as before the field was there".
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+impl Deformable {
+    /// The droplet of line tension `gamma`, all else at its default: N_v = 256, kappa = 1e-3, K_a = 1e4, delta = pi/256.
+    pub fn of_tension(gamma: f64) -> Self {
+        Self {
+            gamma,
+            kappa: 1e-3,
+            k_a: 1e4,
+            n_vertices: 256,
+            e_w: 1e4,
+            delta: std::f64::consts::PI / 256.0,
+            eps: 0.1,
+            wall: WallStiffness::default(),
+            contact: ContactKind::default(),
+            gravity: GravityForm::default(),
+            self_contact: SelfContact::default(),
+            engulfed: Engulfed::default(),
+        }
+    }
+
+    /// Stiffness of each edge against walls, k_w.
+    pub fn k_w(&self) -> f64 {
+        match self.wall {
+            WallStiffness::Total => self.e_w / self.n_vertices as f64,
+            WallStiffness::PerVertex => 4.0 * self.e_w / (self.delta * self.delta),
+        }
+    }
 }
 
 /// Parameters of the soft particle.
@@ -76,6 +202,27 @@ pub enum Scene {
     /// Discs at random in a periodic box.
     #[serde(rename = "obstacles")]
     Obstacles(ObstacleField),
+    /// A constriction between two wedges.
+    #[serde(rename = "channel")]
+    Channel(Channel),
+    /// A flat wall below the droplet.
+    #[serde(rename = "plate")]
+    Plate,
+}
+
+/// A constriction between two wedges, its orifice at `x = 0`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// Width of the orifice.
+    pub w: f64,
+    /// Rise of the wedges' faces from the axis, in degrees.
+    pub angle: f64,
+    /// Radius of the rounded tips; zero for sharp ones.
+    pub tip_radius: f64,
+    /// Where the centroid starts.
+    pub h_start: f64,
+    /// Where the run ends, past the orifice.
+    pub h_end: f64,
 }
 
 /// A periodic box of discs placed by random sequential addition; with the seed it names one array.
@@ -263,6 +410,8 @@ impl Scene {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Obstacles(_) => "obstacles",
+            Self::Channel(_) => "channel",
+            Self::Plate => "plate",
         }
     }
 }
@@ -302,6 +451,8 @@ mod tests {
                 box_size: 500.0,
             }),
             v_t: 0.03,
+            b0: 0.0,
+            alpha: None,
             stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
             limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
             sample_every: 10.0,

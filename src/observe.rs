@@ -94,7 +94,7 @@ impl Recorder {
             area_error_max: self.area_error_max,
             overlap_max: self.overlap_max,
             energy_rise_max: self.energy_rise_max,
-            delta_s: None,
+            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(seen)),
             steps,
             clog,
             samples: self.samples,

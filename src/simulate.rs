@@ -1,23 +1,20 @@
 //! From a job to its trajectory: picks the concrete types once, then drives the motion from check to check.
 
+mod start;
+
+pub use start::is_linear;
+
 use crate::droplet::Observation;
 use crate::droplet::soft::SoftMotion;
-use crate::effects::area::Area;
-use crate::effects::contact::{Contact, OnEdges};
-use crate::effects::far_drag::FarDrag;
-use crate::effects::gravity::Gravity;
-use crate::effects::perimeter::Perimeter;
-use crate::effects::tension::{LinearTension, Tension};
+use crate::effects::self_contact::SelfContact;
 use crate::effects::{Drag, EdgeForce};
-use crate::integrator::relax;
-use crate::integrator::verlet::{RingEffects, RingMotion};
-use crate::job::{Deformable, Job, MASS, Model, Point, Scene, regular_edge};
+use crate::integrator::verlet::RingMotion;
+use crate::job::{Engulfed, Job, Model, Point, Scene};
 use crate::observe::Recorder;
 use crate::scene::library::ArrayLibrary;
-use crate::scene::obstacles::ObstacleArray;
+use crate::scene::wall::Walls;
 use crate::trajectory::{Clog, Failure, FailureClass, Outcome, Trajectory};
 use fearless_simd::Level;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Longest simulated time between two looks at a droplet, in t0.
@@ -38,15 +35,17 @@ pub struct Context<'a> {
 }
 
 /// A droplet in motion, whatever its model.
-trait Motion {
+pub(crate) trait Motion {
     /// Takes time steps.
     fn advance(&mut self, steps: u64);
     /// Moves the local origin next to the droplet.
     fn follow(&mut self);
     /// Reads off everything recorded.
     fn observe(&mut self) -> Observation;
-    /// Centre of a disc inside the droplet.
+    /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
+    /// Whether the droplet's outline crosses itself.
+    fn crosses(&self) -> bool;
 }
 
 impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
@@ -62,9 +61,12 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         RingMotion::engulfed(self)
     }
+    fn crosses(&self) -> bool {
+        SelfContact::crosses(&self.ring)
+    }
 }
 
-impl Motion for SoftMotion {
+impl<W: Walls> Motion for SoftMotion<W> {
     fn advance(&mut self, steps: u64) {
         SoftMotion::advance(self, steps);
     }
@@ -77,6 +79,9 @@ impl Motion for SoftMotion {
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
     }
+    fn crosses(&self) -> bool {
+        false
+    }
 }
 
 /// Computes the trajectory of a job; `None` if it was told to stop before the end.
@@ -84,66 +89,8 @@ impl Motion for SoftMotion {
 /// # Errors
 /// A [`Failure`] when the job cannot start, or its numbers leave the range that physics allows.
 pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, Failure> {
-    let point = &*job.point;
-    let Scene::Obstacles(field) = &point.scene;
-    let discs = context.arrays.get(job, field)?;
-    let mut motion = start(point, &discs, context.level)?;
-    drive(motion.as_mut(), point, context.stop)
-}
-
-/// Puts the droplet in place and picks the types of its effects.
-fn start(point: &Point, discs: &Arc<ObstacleArray>, level: Level) -> Result<Box<dyn Motion>, Failure> {
-    match &point.model {
-        Model::Soft(soft) => {
-            let position = relax::place_point(soft.e_w, discs, point.stepping.dt)?;
-            let drag_rate = 1.0 / point.v_t;
-            let motion = SoftMotion::start(position, soft.e_w, MASS, drag_rate, point.stepping.dt, discs.clone());
-            Ok(Box::new(motion))
-        }
-        Model::Deformable(ring) => {
-            let n = ring.n_vertices;
-            let rest = regular_edge(n);
-            let tension = Tension { gamma: ring.gamma };
-            if ring.kappa == 0.0 {
-                start_ring(point, ring, tension, discs, level)
-            } else if is_linear(ring) {
-                start_ring(point, ring, LinearTension { stiffness: ring.gamma / rest, rest }, discs, level)
-            } else {
-                let perimeter = Perimeter { stiffness: ring.kappa * ring.gamma * n as f64, rest };
-                start_ring(point, ring, (tension, perimeter), discs, level)
-            }
-        }
-    }
-}
-
-/// Whether tension and perimeter add up to the linear spring, `kappa = 1/(N_v l0)`.
-pub fn is_linear(ring: &Deformable) -> bool {
-    (ring.kappa * ring.n_vertices as f64 * regular_edge(ring.n_vertices) - 1.0).abs() < 1e-12
-}
-
-fn start_ring<E: EdgeForce>(
-    point: &Point,
-    parameters: &Deformable,
-    edge: E,
-    discs: &Arc<ObstacleArray>,
-    level: Level,
-) -> Result<Box<dyn Motion>, Failure> {
-    let dt = point.stepping.dt;
-    let n = parameters.n_vertices;
-    let walls =
-        || Box::new(Contact::<_, OnEdges>::new(discs.clone(), n, parameters.e_w / n as f64, parameters.delta, level));
-    let ring = relax::place_ring(parameters, edge, discs, walls(), dt, level)?;
-    let smoothing = parameters.eps * regular_edge(n);
-    let effects = RingEffects {
-        edge,
-        area: Area { stiffness: parameters.k_a, rest: MASS },
-        gravity: Gravity::new(n),
-        drag: FarDrag { rate: 1.0 / point.v_t },
-        eps_squared: smoothing * smoothing,
-        walls: walls(),
-        others: Vec::new(),
-    };
-    Ok(Box::new(RingMotion::start(ring, effects, dt, level)))
+    let mut motion = start::start(job, context.arrays, context.level)?;
+    drive(motion.as_mut(), &job.point, context.stop)
 }
 
 /// The times at which a run is looked at, in steps; they depend on the point alone.
@@ -172,6 +119,13 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
     let mut recorder = Recorder::new(point, begin);
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
+    let fail_engulfed = !matches!(&point.model, Model::Deformable(ring) if ring.engulfed == Engulfed::Record);
+    // Where a droplet counts as through, and what coming to rest is called.
+    let (h_end, at_rest) = match &point.scene {
+        Scene::Obstacles(_) => (f64::INFINITY, Outcome::Clogged),
+        Scene::Channel(channel) => (channel.h_end, Outcome::Clogged),
+        Scene::Plate => (f64::INFINITY, Outcome::Settled),
+    };
     // A clog must show at two checks in a row: a turning point is at rest for an instant only.
     let (mut has_moved, mut was_below) = (false, false);
     let (mut lowest_energy, mut checks, mut step) = (begin.kinetic + begin.potential, 0_u64, 0_u64);
@@ -193,9 +147,13 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             let reason = format!("the total energy rose by {rise:.3e} at t = {t}; lower dt");
             return Err(fail(FailureClass::Unstable, reason));
         }
-        if let Some([x, y]) = motion.engulfed() {
+        if let Some([x, y]) = motion.engulfed().filter(|_| fail_engulfed) {
             let reason = format!("the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w");
             return Err(fail(FailureClass::Engulfed, reason));
+        }
+        if motion.crosses() {
+            let reason = format!("the droplet's outline crosses itself at t = {t}");
+            return Err(fail(FailureClass::Crossed, reason));
         }
         lowest_energy = lowest_energy.min(energy);
         recorder.watch(&seen, rise);
@@ -205,7 +163,9 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
         let clogged = has_moved && is_below && was_below;
         was_below = is_below;
         let outcome = if clogged {
-            Some(Outcome::Clogged)
+            Some(at_rest)
+        } else if seen.x >= h_end {
+            Some(Outcome::Exited)
         } else if recorder.displacement(&seen) >= distance {
             Some(Outcome::Distance)
         } else if step == timetable.end {
@@ -217,7 +177,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             recorder.record(t, &seen);
         }
         if let Some(outcome) = outcome {
-            let clog = clogged.then(|| Clog {
+            let clog = (outcome == Outcome::Clogged).then(|| Clog {
                 t,
                 r: recorder.displacement(&seen),
                 x: seen.x,
@@ -247,6 +207,8 @@ mod tests {
                 box_size: 30.0,
             }),
             v_t: 0.03,
+            b0: 0.0,
+            alpha: None,
             stepping: Stepping { integrator: Integrator::Verlet, dt },
             limits: Limits { t_max: 25.0, distance: None, ek_threshold: 1e-17 },
             sample_every,

@@ -1,7 +1,7 @@
 //! How fast this machine steps droplets, measured in a few milliseconds: what cost estimates are made from.
 
 use crate::droplet::deformable::Ring;
-use crate::droplet::soft::SoftMotion;
+use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
 use crate::effects::contact::{Contact, OnEdges};
 use crate::effects::far_drag::FarDrag;
@@ -32,7 +32,8 @@ pub fn measure(level: Level) -> Speed {
     };
     let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));
     let mut deformable = RingMotion::start(ring, effects, 1e-3, level);
-    let mut soft = SoftMotion::start([9.8, 10.0], 10.0, MASS, 33.0, 1e-3, discs);
+    let point = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
+    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs);
     Speed {
         deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,
         soft_ns_per_step: fastest_ns(50_000, |steps| soft.advance(steps)),

@@ -65,7 +65,11 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
             remedy: "lower gamma or n_vertices, or raise eps",
         },
         TermFrequency { term: "area", omega: (4.0 * std::f64::consts::PI * ring.k_a).sqrt(), remedy: "lower k_a" },
-        TermFrequency { term: "wall", omega: (2.0 * ring.e_w / MASS).sqrt(), remedy: "lower e_w" },
+        TermFrequency {
+            term: "wall",
+            omega: (2.0 * ring.k_w() / vertex_mass).sqrt(),
+            remedy: "lower e_w, or take wall = \"total\"",
+        },
     ];
     if ring.kappa > 0.0 {
         terms.push(TermFrequency {
@@ -84,15 +88,7 @@ mod tests {
 
     fn point(gamma: f64) -> Point {
         Point {
-            model: Model::Deformable(Deformable {
-                gamma,
-                kappa: 1e-3,
-                k_a: 1e4,
-                n_vertices: 256,
-                e_w: 1e4,
-                delta: 0.01227,
-                eps: 0.1,
-            }),
+            model: Model::Deformable(Deformable::of_tension(gamma)),
             scene: Scene::Obstacles(ObstacleField {
                 w_ob: 0.2,
                 sigma_ob: 0.3,
@@ -100,6 +96,8 @@ mod tests {
                 box_size: 50.0,
             }),
             v_t: 0.03,
+            b0: 0.0,
+            alpha: None,
             stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
             limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-17 },
             sample_every: 1.0,

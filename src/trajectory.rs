@@ -120,6 +120,8 @@ pub enum FailureClass {
     Unstable,
     /// An obstacle came to lie inside the ring.
     Engulfed,
+    /// The ring crossed itself.
+    Crossed,
     /// The program panicked.
     Panicked,
     /// Reading or writing failed.
@@ -153,6 +155,7 @@ names!(Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
 names!(FailureClass {
     Unstable = "unstable",
     Engulfed = "engulfed",
+    Crossed = "crossed",
     Panicked = "panicked",
     Io = "io",
     BadInput = "bad_input",

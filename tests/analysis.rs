@@ -39,8 +39,7 @@ impl Draws {
 }
 
 fn ring(gamma: f64) -> Model {
-    let delta = std::f64::consts::PI / 256.0;
-    Model::Deformable(Deformable { gamma, kappa: 1e-3, k_a: 1e4, n_vertices: 256, e_w: 1e4, delta, eps: 0.1 })
+    Model::Deformable(Deformable::of_tension(gamma))
 }
 
 fn point_runs(model: Model, runs: Vec<FinishedRun>) -> PointRuns {
@@ -49,6 +48,8 @@ fn point_runs(model: Model, runs: Vec<FinishedRun>) -> PointRuns {
         model,
         scene: Scene::Obstacles(field),
         v_t: 0.03,
+        b0: 0.0,
+        alpha: None,
         stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
         limits: Limits { t_max: 2e5, distance: Some(60.0), ek_threshold: 1e-17 },
         sample_every: 10.0,

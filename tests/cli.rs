@@ -1,4 +1,5 @@
 //! The program as people use it: run, run again, ask, fit, and the errors they meet.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod common;
 

@@ -42,7 +42,7 @@ fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
 
 /// Density below `n_max = 0.547/(pi D^2/4)`, where discs of diameter `D = sigma_ob + w_ob` jam.
 fn room_for_all(point: &Point, _: &StabilityLimit) -> Option<Breach> {
-    let Scene::Obstacles(field) = &point.scene;
+    let Scene::Obstacles(field) = &point.scene else { return None };
     let Density::Number(density) = field.density else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let most = SATURATION / (std::f64::consts::FRAC_PI_4 * spacing * spacing);
@@ -60,7 +60,7 @@ fn room_for_all(point: &Point, _: &StabilityLimit) -> Option<Breach> {
 
 /// Two obstacles side by side fit the periodic box, so that none meets its own image.
 fn fits_box(point: &Point, _: &StabilityLimit) -> Option<Breach> {
-    let Scene::Obstacles(field) = &point.scene;
+    let Scene::Obstacles(field) = &point.scene else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let most = field.box_size / 2.0;
     (spacing > most).then(|| Breach {

@@ -1,7 +1,10 @@
 //! A value for every key, and the grid point it makes.
 
 use super::keys::{Id, Value};
-use crate::job::{Deformable, Density, Integrator, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use crate::job::{
+    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, Limits, Model, ObstacleField, Point,
+    Scene, SelfContact, Soft, Stepping, WallStiffness,
+};
 use crate::stability::StabilityLimit;
 
 /// A value for every key that means something; made whole before a point is taken from it.
@@ -42,8 +45,11 @@ impl Draft {
         let integrator = Integrator::Verlet;
         let mut point = Point {
             model: self.model(),
-            scene: Scene::Obstacles(self.obstacles()),
+            scene: self.scene(),
             v_t: self.number(Id::VT),
+            b0: self.number(Id::B0),
+            // Left out where it changes nothing.
+            alpha: (self.number(Id::B0) > 0.0).then(|| self.number(Id::Alpha)),
             stepping: Stepping { integrator, dt: 0.0 },
             limits: Limits {
                 t_max: self.number(Id::TMax),
@@ -66,10 +72,29 @@ impl Draft {
             kappa: self.number(Id::Kappa),
             k_a: self.number(Id::KA),
             n_vertices: self.number(Id::NVertices) as usize,
-            e_w: self.number(Id::EW),
+            e_w: self.maybe(Id::EW).unwrap_or(if self.word(Id::Scene) == "channel" { 1e6 } else { 1e4 }),
             delta: self.number(Id::Delta),
             eps: self.number(Id::Eps),
+            wall: WallStiffness::from_name(self.word(Id::Wall)).unwrap_or_default(),
+            contact: ContactKind::from_name(self.word(Id::Contact)).unwrap_or_default(),
+            gravity: GravityForm::from_name(self.word(Id::Gravity)).unwrap_or_default(),
+            self_contact: SelfContact::from_name(self.word(Id::SelfContact)).unwrap_or_default(),
+            engulfed: Engulfed::from_name(self.word(Id::Engulfed)).unwrap_or_default(),
         })
+    }
+
+    fn scene(&self) -> Scene {
+        match self.word(Id::Scene) {
+            "channel" => Scene::Channel(Channel {
+                w: self.number(Id::W),
+                angle: self.number(Id::Angle),
+                tip_radius: self.number(Id::TipRadius),
+                h_start: self.number(Id::HStart),
+                h_end: self.number(Id::HEnd),
+            }),
+            "plate" => Scene::Plate,
+            _ => Scene::Obstacles(self.obstacles()),
+        }
     }
 
     fn obstacles(&self) -> ObstacleField {

@@ -1,6 +1,7 @@
 //! Every key of a campaign file: one table that drives reading, range checks, suggestions and documentation.
 
 use super::interval::{Interval, above, at_least, between};
+use crate::job::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness};
 use Fallback::{Is, Required};
 use Kind::{Choice, Number, NumberOr, Text, Whole};
 use Meaning::{Always, Model, Scene};
@@ -38,6 +39,8 @@ pub enum Id {
     FirstSeed,
     Integrator,
     VT,
+    B0,
+    Alpha,
     Gamma,
     Kappa,
     KA,
@@ -45,6 +48,16 @@ pub enum Id {
     EW,
     Delta,
     Eps,
+    Wall,
+    Contact,
+    Gravity,
+    SelfContact,
+    Engulfed,
+    W,
+    Angle,
+    TipRadius,
+    HStart,
+    HEnd,
     WOb,
     SigmaOb,
     Density,
@@ -137,6 +150,7 @@ const fn key(
 const DP: Meaning = Model("DP");
 const SP: Meaning = Model("SP");
 const OBSTACLES: Meaning = Scene("obstacles");
+const CHANNEL: Meaning = Scene("channel");
 const POSITIVE: Interval = above(0.0);
 
 /// The table. `e_w` has a row for each model.
@@ -145,19 +159,31 @@ pub const KEYS: &[Key] = &[
     key(Id::Name, "name", Section, Text, Always, Required, "name of the campaign or of the block"),
     key(Id::About, "about", File, Text, Always, Is(Word("")), "what the campaign shows, in prose"),
     key(Id::Model, "model", Section, Choice(&["DP", "SP"]), Always, Required, "deformable (DP) or soft (SP) particle"),
-    key(Id::Scene, "scene", Section, Choice(&["obstacles"]), Always, Required, "where the droplet moves"),
+    key(Id::Scene, "scene", Section, Choice(&["obstacles", "channel", "plate"]), Always, Required, "where the droplet moves"),
     key(Id::RunsPerPoint, "runs_per_point", Section, Whole(between(1.0, 1e5)), Always, Required, "seeds per grid point"),
     key(Id::FirstSeed, "first_seed", Section, Whole(between(0.0, 1e15)), Always, is(0.0), "the first seed"),
     key(Id::Integrator, "integrator", Section, Choice(&["verlet"]), Always, Is(Word("verlet")), "how time advances"),
     key(Id::VT, "v_t", Parameter, Number(POSITIVE.up_to(10.0)), Always, is(0.03), "terminal speed of the free droplet"),
+    key(Id::B0, "b0", Parameter, Number(between(0.0, 10.0)), Always, is(0.0), "near-wall drag over b_inf"),
+    key(Id::Alpha, "alpha", Parameter, Number(between(0.1, 10.0)), Always, is(4.0 / 3.0), "exponent of the near-wall drag"),
     key(Id::Gamma, "gamma", Parameter, Number(between(1e-3, 100.0)), DP, Required, "line tension"),
     key(Id::Kappa, "kappa", Parameter, Number(between(0.0, 10.0)), DP, is(1e-3), "perimeter stiffness over line tension"),
     key(Id::KA, "k_a", Parameter, Number(POSITIVE.up_to(1e8)), DP, is(1e4), "area stiffness"),
     key(Id::NVertices, "n_vertices", Parameter, Whole(between(8.0, 4096.0)), DP, is(256.0), "vertices of the ring"),
-    key(Id::EW, "e_w", Parameter, Number(POSITIVE.up_to(1e8)), DP, is(1e4), "wall stiffness of the whole ring"),
+    key(Id::EW, "e_w", Parameter, NumberOr(POSITIVE.up_to(1e8), "auto"), DP, Is(Word("auto")), "wall stiffness of the whole ring, by itself 1e6 in channels and 1e4 elsewhere"),
     key(Id::EW, "e_w", Parameter, Number(POSITIVE.up_to(1e4)), SP, Required, "wall stiffness of the point"),
     key(Id::Delta, "delta", Parameter, Number(POSITIVE.below(0.5)), DP, is(std::f64::consts::PI / 256.0), "vertex diameter"),
     key(Id::Eps, "eps", Parameter, Number(POSITIVE.up_to(1.0)), DP, is(0.1), "smoothing of the edge length, in l0"),
+    key(Id::Wall, "wall", Section, Choice(WallStiffness::NAMES), DP, Is(Word(WallStiffness::NAMES[0])), "what e_w means: shared by all edges, or for each"),
+    key(Id::Contact, "contact", Section, Choice(ContactKind::NAMES), DP, Is(Word(ContactKind::NAMES[0])), "what of the ring touches walls"),
+    key(Id::Gravity, "gravity", Section, Choice(GravityForm::NAMES), DP, Is(Word(GravityForm::NAMES[0])), "how gravity acts on the ring"),
+    key(Id::SelfContact, "self_contact", Section, Choice(SelfContact::NAMES), DP, Is(Word(SelfContact::NAMES[0])), "whether the ring repels itself where it folds back"),
+    key(Id::Engulfed, "engulfed", Section, Choice(Engulfed::NAMES), DP, Is(Word(Engulfed::NAMES[0])), "what happens when an obstacle lies inside the ring"),
+    key(Id::W, "w", Parameter, Number(POSITIVE.up_to(100.0)), CHANNEL, Required, "width of the orifice"),
+    key(Id::Angle, "angle", Parameter, Number(between(5.0, 85.0)), CHANNEL, is(45.0), "rise of the wedges from the axis, in degrees"),
+    key(Id::TipRadius, "tip_radius", Parameter, Number(between(0.0, 10.0)), CHANNEL, is(0.0), "radius of the rounded tips"),
+    key(Id::HStart, "h_start", Parameter, Number(between(-1000.0, -0.1)), CHANNEL, is(-10.0), "where the centroid starts"),
+    key(Id::HEnd, "h_end", Parameter, Number(between(0.1, 1000.0)), CHANNEL, is(3.0), "where the run ends, past the orifice"),
     key(Id::WOb, "w_ob", Parameter, Number(at_least(0.0)), OBSTACLES, Required, "smallest gap between two obstacles"),
     key(Id::SigmaOb, "sigma_ob", Parameter, Number(POSITIVE), OBSTACLES, Required, "diameter of an obstacle"),
     key(Id::Density, "density", Parameter, NumberOr(POSITIVE, "saturated"), OBSTACLES, Required, "obstacles per sigma^2"),

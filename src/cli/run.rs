@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Take up no job after this time: 90s, 45m, 8h, 2d
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     deadline: Option<Duration>,
-    /// Run failed jobs of this class again: unstable, engulfed, panicked, io, bad_input, or all
+    /// Run failed jobs of this class again: unstable, engulfed, crossed, panicked, io, bad_input, or all
     #[arg(long, value_name = "CLASS", value_parser = parse_class)]
     retry: Option<RetryClass>,
 }
@@ -182,7 +182,7 @@ fn parse_class(text: &str) -> Result<RetryClass, String> {
         return Ok(RetryClass::All);
     }
     let class = FailureClass::from_name(text).map(RetryClass::Only);
-    class.ok_or_else(|| format!("`{text}` is no class: unstable, engulfed, panicked, io, bad_input, or all"))
+    class.ok_or_else(|| format!("`{text}` is no class: unstable, engulfed, crossed, panicked, io, bad_input, or all"))
 }
 
 #[cfg(test)]

@@ -1,58 +1,67 @@
-//! The soft particle: one point of mass M that discs push away ([C24] eqs 8-11).
+//! The soft particle: one point of mass M that walls push away ([C24] eqs 8-11).
 //!
-//! For every disc with `d = |r - r_ob| - sigma_ob/2 < sigma/2`: `U = (E_w/2)(1 - 2d/sigma)^2`, a force
-//! `2 (E_w/sigma)(1 - 2d/sigma)` along the line of centres. On a plate the point sinks `delta_s = pi/(16 E_w)`.
+//! For every wall whose surface is nearer than `d = sigma/2`: `U = (E_w/2)(1 - 2d/sigma)^2`, a force
+//! `2 (E_w/sigma)(1 - 2d/sigma)` along the normal. On a plate the point sinks `delta_s = pi/(16 E_w)`.
 //!
 //! Time advances by the same scheme as the ring's ([`crate::integrator::verlet`]).
 
 use super::Observation;
 use crate::droplet::deformable::ORIGIN_STEP;
 use crate::job::MASS;
-use crate::scene::obstacles::{Disc, ObstacleArray};
+use crate::scene::wall::{Shape, Walls};
 use std::sync::Arc;
 
-/// How far the point may move before its list of near discs is made again, in sigma.
+/// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
 
-/// A soft particle among discs.
+/// Smallest distance that the near-wall drag knows, in sigma: the rim of a soft particle sinks into walls.
+const NEAREST: f64 = 0.01;
+
+/// What acts on a soft particle.
+#[derive(Clone, Copy, Debug)]
+pub struct SoftEffects {
+    /// E_w.
+    pub stiffness: f64,
+    /// Force along +x: the weight, or nothing while the droplet is put in place.
+    pub weight: f64,
+    /// Damping rate far from walls, `1/V_t`.
+    pub far_rate: f64,
+    /// Strength of the near-wall drag, `b0/b_inf`.
+    pub b0: f64,
+    /// Its exponent.
+    pub alpha: f64,
+}
+
+/// A soft particle among walls.
 #[derive(Clone, Debug)]
-pub struct SoftMotion {
+pub struct SoftMotion<W: Walls> {
     /// Position relative to the origin.
     position: [f64; 2],
     /// Velocity half a step ahead of the position before.
     velocity: [f64; 2],
     origin: [f64; 2],
-    stiffness: f64,
-    /// Force along +x: the weight, or nothing while the droplet is put in place.
-    weight: f64,
-    drag_rate: f64,
+    effects: SoftEffects,
     dt: f64,
-    discs: Arc<ObstacleArray>,
-    near: Vec<Disc>,
+    walls: Arc<W>,
+    near: Vec<W::Shape>,
+    /// How far from a skeleton the listed walls may be, so that the nearest is among them.
+    far: f64,
     slack: f64,
 }
 
-impl SoftMotion {
+impl<W: Walls> SoftMotion<W> {
     /// A point at rest at `position` (world), its first half step taken.
-    pub fn start(
-        position: [f64; 2],
-        e_w: f64,
-        weight: f64,
-        drag_rate: f64,
-        dt: f64,
-        discs: Arc<ObstacleArray>,
-    ) -> Self {
+    pub fn start(position: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
         let mut motion = Self {
             position: [position[0] - origin[0], position[1] - origin[1]],
             velocity: [0.0; 2],
             origin,
-            stiffness: e_w,
-            weight,
-            drag_rate,
+            effects,
             dt,
-            discs,
+            walls,
             near: Vec::new(),
+            far: 0.0,
             slack: f64::NEG_INFINITY,
         };
         motion.list_near();
@@ -64,23 +73,29 @@ impl SoftMotion {
         motion
     }
 
-    /// Distance of centres below which a disc pushes.
+    /// Distance from a skeleton below which a wall pushes.
     fn reach(&self) -> f64 {
-        0.5 + self.discs.radius
+        0.5 + self.walls.surface()
     }
 
+    /// Lists the walls in reach; with near-wall drag, further out until the nearest is among them for certain.
     #[inline(never)]
     fn list_near(&mut self) {
-        let far = self.reach() + SKIN;
         let [x, y] = self.position;
-        let near = &mut self.near;
-        near.clear();
-        self.discs.for_each_in(self.origin, [x - far, x + far, y - far, y + far], |disc| {
-            if (disc.x - x) * (disc.x - x) + (disc.y - y) * (disc.y - y) < far * far {
-                near.push(disc);
+        self.far = self.reach() + SKIN;
+        loop {
+            let far = self.far;
+            let near = &mut self.near;
+            near.clear();
+            self.walls.for_each_near(self.origin, [x - far, x + far, y - far, y + far], |shape| {
+                near.extend(shape.touch_point(x, y, far).map(|_| shape));
+            });
+            if self.effects.b0 == 0.0 || !self.near.is_empty() || far > 100.0 {
+                break;
             }
-        });
-        near.sort_by_key(|disc| disc.id);
+            self.far *= 2.0;
+        }
+        self.near.sort_by_key(Shape::id);
         self.slack = SKIN;
     }
 
@@ -88,26 +103,48 @@ impl SoftMotion {
     #[inline(always)]
     fn force(&self) -> [f64; 2] {
         let reach = self.reach();
-        let mut force = [self.weight, 0.0];
-        for disc in &self.near {
-            let (dx, dy) = (self.position[0] - disc.x, self.position[1] - disc.y);
-            let square = dx * dx + dy * dy;
-            if square < reach * reach {
-                // 1 - 2d/sigma = 2 (reach - distance) at sigma = 1.
-                let distance = square.sqrt();
-                let push = 4.0 * self.stiffness * (reach - distance) / distance.max(1e-300);
-                force[0] += push * dx;
-                force[1] += push * dy;
+        let mut force = [self.effects.weight, 0.0];
+        for shape in &self.near {
+            if let Some((overlap, normal)) = shape.touch_point(self.position[0], self.position[1], reach) {
+                // 1 - 2d/sigma = 2 overlap at sigma = 1.
+                let push = 4.0 * self.effects.stiffness * overlap;
+                force[0] += push * normal[0];
+                force[1] += push * normal[1];
             }
         }
         force
     }
 
+    /// Damping rate at the present position: `(1 + b0 d^-alpha)/V_t`, d the distance of the droplet's rim from the nearest
+    /// wall, no less than a hundredth of sigma.
+    fn drag_rate(&self) -> f64 {
+        let effects = &self.effects;
+        let deepest = self.near.iter().filter_map(|shape| {
+            shape.touch_point(self.position[0], self.position[1], self.far + SKIN).map(|(overlap, _)| overlap)
+        });
+        let distance = self.far + SKIN - deepest.fold(0.0, f64::max) - self.reach();
+        effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
+    }
+
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        let damping = 0.5 * self.dt * self.drag_rate;
-        let (keep, push) = ((1.0 - damping) / (1.0 + damping), self.dt / MASS / (1.0 + damping));
+        if self.effects.b0 > 0.0 {
+            self.advance_with::<true>(steps);
+        } else {
+            self.advance_with::<false>(steps);
+        }
+    }
+
+    fn advance_with<const NEAR_WALL: bool>(&mut self, steps: u64) {
+        let factors = |rate: f64, dt: f64| {
+            let damping = 0.5 * dt * rate;
+            ((1.0 - damping) / (1.0 + damping), dt / MASS / (1.0 + damping))
+        };
+        let (mut keep, mut push) = factors(self.effects.far_rate, self.dt);
         for _ in 0..steps {
+            if NEAR_WALL {
+                (keep, push) = factors(self.drag_rate(), self.dt);
+            }
             let force = self.force();
             for k in 0..2 {
                 self.velocity[k] = self.velocity[k] * keep + force[k] * push;
@@ -136,16 +173,16 @@ impl SoftMotion {
     /// Everything that is recorded, at the present position.
     pub fn observe(&self) -> Observation {
         let force = self.force();
-        let damping = 1.0 + 0.5 * self.dt * self.drag_rate;
+        let rate = if self.effects.b0 > 0.0 { self.drag_rate() } else { self.effects.far_rate };
+        let damping = 1.0 + 0.5 * self.dt * rate;
         let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
         let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
-        for disc in &self.near {
-            let (dx, dy) = (self.position[0] - disc.x, self.position[1] - disc.y);
-            let depth = self.reach() - (dx * dx + dy * dy).sqrt();
-            if depth > 0.0 {
+        for shape in &self.near {
+            let touch = shape.touch_point(self.position[0], self.position[1], self.reach());
+            if let Some((depth, _)) = touch {
                 overlap = overlap.max(depth);
                 contacts += 1;
-                potential += 2.0 * self.stiffness * depth * depth;
+                potential += 2.0 * self.effects.stiffness * depth * depth;
             }
         }
         let x = self.position[0] + self.origin[0];
@@ -154,7 +191,7 @@ impl SoftMotion {
             y: self.position[1] + self.origin[1],
             velocity: velocity[0],
             kinetic: 0.5 * MASS * (velocity[0] * velocity[0] + velocity[1] * velocity[1]),
-            potential: potential - self.weight * x,
+            potential: potential - self.effects.weight * x,
             shape: None,
             area_error: None,
             overlap,
@@ -166,15 +203,19 @@ impl SoftMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::obstacles::ObstacleArray;
+    use crate::scene::plate::Plate;
+
+    fn effects(stiffness: f64) -> SoftEffects {
+        SoftEffects { stiffness, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 }
+    }
 
     #[test]
-    fn a_point_on_one_disc_sinks_by_pi_over_16_e_w() {
-        // Head-on to one disc, gravity is balanced as on a plate: 4 E_w delta = M.
-        let discs = Arc::new(ObstacleArray::from_centres(50.0, 0.15, &[25.0], &[25.0]));
+    fn a_point_on_a_plate_sinks_by_pi_over_16_e_w() {
         for e_w in [0.5, 5.0, 100.0] {
-            let mut motion = SoftMotion::start([24.3, 25.0], e_w, MASS, 33.0, 1e-3, discs.clone());
+            let mut motion = SoftMotion::start([-0.6, 3.0], effects(e_w), 1e-3, Arc::new(Plate));
             motion.advance(400_000);
-            let sunk = 0.65 - (25.0 - motion.observe().x);
+            let sunk = 0.5 + motion.observe().x;
             assert!((sunk / (std::f64::consts::PI / (16.0 * e_w)) - 1.0).abs() < 1e-9, "{e_w}: {sunk}");
         }
     }
@@ -183,7 +224,7 @@ mod tests {
     fn force_is_minus_the_gradient_of_the_energy() {
         let discs = Arc::new(ObstacleArray::from_centres(50.0, 0.15, &[25.0, 25.4], &[25.0, 25.9]));
         let at = |x: f64, y: f64| {
-            let mut motion = SoftMotion::start([x, y], 7.0, MASS, 33.0, 1e-9, discs.clone());
+            let mut motion = SoftMotion::start([x, y], effects(7.0), 1e-9, discs.clone());
             motion.position = [x - motion.origin[0], y - motion.origin[1]];
             motion
         };
@@ -193,5 +234,15 @@ mod tests {
         let slope_y = (at(24.7, 25.5 + h).observe().potential - at(24.7, 25.5 - h).observe().potential) / (2.0 * h);
         assert!((force[0] + slope_x).abs() < 1e-6 * force[0].abs());
         assert!((force[1] + slope_y).abs() < 1e-6 * force[1].abs());
+    }
+
+    #[test]
+    fn near_a_wall_the_drag_is_that_of_the_distance() {
+        let near_wall = SoftEffects { b0: 0.4, ..effects(5.0) };
+        for gap in [0.05, 0.3, 2.0] {
+            let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate));
+            let want = 33.0 * (1.0 + 0.4 * libm::pow(gap, -4.0 / 3.0));
+            assert!((motion.drag_rate() / want - 1.0).abs() < 1e-6, "{gap}");
+        }
     }
 }

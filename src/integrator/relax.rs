@@ -4,15 +4,16 @@
 //! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax.
 
 use crate::droplet::deformable::Ring;
-use crate::droplet::soft::SoftMotion;
-use crate::effects::EdgeForce;
+use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
 use crate::effects::contact::WallContact;
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
+use crate::effects::{EdgeForce, RingForce};
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{Deformable, MASS, regular_edge};
-use crate::scene::obstacles::{ObstacleArray, SEARCH_RADIUS};
+use crate::scene::obstacles::SEARCH_RADIUS;
+use crate::scene::wall::Walls;
 use crate::trajectory::{Failure, FailureClass};
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -24,27 +25,54 @@ const RELAX_RATE: f64 = 20.0;
 const INFLATE_TIME: f64 = 20.0;
 const RELAX_TIME: f64 = 50.0;
 
+/// Where a droplet relaxes before it is set on the plate.
+const FAR_FROM_PLATE: f64 = 5.0;
+
 /// Kinetic energy at which a droplet counts as relaxed.
 const AT_REST: f64 = 1e-14;
 
-/// A relaxed ring of full area among the discs, at rest. Only its edges' elasticity, its area and `walls` act on it.
+/// Where a droplet starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// In a gap of that clearance: it is blown up there.
+    Gap {
+        /// Centre of the gap.
+        at: [f64; 2],
+        /// Distance from there to the nearest wall.
+        clearance: f64,
+    },
+    /// Where nothing is near.
+    Free {
+        /// Its centre.
+        at: [f64; 2],
+    },
+    /// Relaxed, its rim just touching the plate at x = 0.
+    OnPlate,
+}
+
+/// A relaxed ring of full area in its place, at rest. Only its own elasticity, `walls` and `others` act on it.
 ///
 /// # Errors
 /// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
 pub fn place_ring<E: EdgeForce>(
     parameters: &Deformable,
     edge: E,
-    discs: &ObstacleArray,
+    place: Place,
     walls: Box<dyn WallContact>,
+    others: Vec<Box<dyn RingForce>>,
     dt: f64,
     level: Level,
 ) -> Result<Ring, Failure> {
     let n = parameters.n_vertices;
-    let (gap_at, clearance) = discs.widest_gap_near_centre();
-    let room = clearance - 0.5 * parameters.delta - 1e-3;
     let full = Ring::regular_radius(n);
-    if room >= full {
-        return Ok(Ring::regular(n, gap_at, full));
+    let (at, clearance) = match place {
+        Place::Free { at } => return Ok(Ring::regular(n, at, full)),
+        Place::OnPlate => ([-FAR_FROM_PLATE, 0.0], f64::INFINITY),
+        Place::Gap { at, clearance } => (at, clearance),
+    };
+    let room = (clearance - 0.5 * parameters.delta - 1e-3).min(full);
+    if room == full && !matches!(place, Place::OnPlate) {
+        return Ok(Ring::regular(n, at, full));
     }
     if room < 0.01 {
         return Err(no_room(clearance));
@@ -58,9 +86,9 @@ pub fn place_ring<E: EdgeForce>(
         drag: FarDrag { rate: RELAX_RATE },
         eps_squared: smoothing * smoothing,
         walls,
-        others: Vec::new(),
+        others,
     };
-    let ring = Ring::regular(n, gap_at, room);
+    let ring = Ring::regular(n, at, room);
     let mut motion = RingMotion::start(ring, effects, dt, level);
     let stages = 400_u32;
     let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
@@ -83,22 +111,31 @@ pub fn place_ring<E: EdgeForce>(
     let mut ring = motion.ring;
     ring.ux.fill(0.0);
     ring.uy.fill(0.0);
+    if let Place::OnPlate = place {
+        let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * parameters.delta;
+        ring.x.iter_mut().for_each(|x| *x -= to_plate);
+    }
     Ok(ring)
 }
 
-/// A relaxed place for a soft particle among the discs.
+/// A relaxed place for a soft particle.
 ///
 /// # Errors
-/// `bad_input` if every place near the centre lies inside a disc.
-pub fn place_point(e_w: f64, discs: &Arc<ObstacleArray>, dt: f64) -> Result<[f64; 2], Failure> {
-    let (gap_at, clearance) = discs.widest_gap_near_centre();
+/// `bad_input` if every place near the centre lies inside a wall.
+pub fn place_point<W: Walls>(e_w: f64, walls: &Arc<W>, place: Place, dt: f64) -> Result<[f64; 2], Failure> {
+    let (at, clearance) = match place {
+        Place::Free { at } => return Ok(at),
+        Place::OnPlate => return Ok([-0.5, 0.0]),
+        Place::Gap { at, clearance } => (at, clearance),
+    };
     if clearance >= 0.5 {
-        return Ok(gap_at);
+        return Ok(at);
     }
     if clearance < 0.0 {
         return Err(no_room(clearance));
     }
-    let mut motion = SoftMotion::start(gap_at, e_w, 0.0, RELAX_RATE, dt, discs.clone());
+    let effects = SoftEffects { stiffness: e_w, weight: 0.0, far_rate: RELAX_RATE, b0: 0.0, alpha: 1.0 };
+    let mut motion = SoftMotion::start(at, effects, dt, walls.clone());
     for _ in 0..RELAX_TIME as u32 {
         motion.advance((1.0 / dt).ceil() as u64);
         if motion.observe().kinetic < AT_REST {
@@ -126,18 +163,27 @@ mod tests {
     use crate::effects::contact::{Contact, OnEdges};
     use crate::effects::tension::Tension;
     use crate::job::{Density, ObstacleField};
+    use crate::scene::obstacles::ObstacleArray;
 
     #[test]
     fn a_droplet_blown_up_in_a_crowded_array_has_its_area_and_holds_no_disc() {
         let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(1.5), box_size: 30.0 };
-        let ring = Deformable { gamma: 1.0, kappa: 1e-3, k_a: 1e4, n_vertices: 128, e_w: 1e4, delta: 0.0123, eps: 0.1 };
+        let ring = Deformable { n_vertices: 128, ..Deformable::of_tension(1.0) };
         for seed in 0..4 {
             let discs = Arc::new(ObstacleArray::generate(&field, seed).unwrap());
             let contact = || {
-                let k_w = ring.e_w / ring.n_vertices as f64;
-                Box::new(Contact::<_, OnEdges>::new(discs.clone(), ring.n_vertices, k_w, ring.delta, Level::new()))
+                Box::new(Contact::<_, OnEdges>::new(
+                    discs.clone(),
+                    ring.n_vertices,
+                    ring.k_w(),
+                    ring.delta,
+                    Level::new(),
+                ))
             };
-            let placed = place_ring(&ring, Tension { gamma: 1.0 }, &discs, contact(), 1e-3, Level::new()).unwrap();
+            let (at, clearance) = discs.widest_gap_near_centre();
+            let place = Place::Gap { at, clearance };
+            let placed =
+                place_ring(&ring, Tension { gamma: 1.0 }, place, contact(), Vec::new(), 1e-3, Level::new()).unwrap();
             let (area, _) = placed.area_and_perimeter();
             assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
             assert!(contact().engulfed(&placed).is_none());

@@ -2,7 +2,7 @@
 
 use super::ends;
 use crate::campaign::interval::Short;
-use crate::job::{Deformable, Model, Point};
+use crate::job::{Deformable, GravityForm, Model, Point, SelfContact};
 use std::sync::Arc;
 
 /// One effect, on or off.
@@ -51,13 +51,27 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
         Model::Deformable(ring) => ring.e_w,
         Model::Soft(soft) => soft.e_w,
     });
-    let self_contact = if rings.is_empty() { "SP has no ring" } else { "not asked for" };
+    let (with_drag, with_repulsion, hydrostatic) = (
+        points.iter().filter(|point| point.b0 > 0.0).count(),
+        rings.iter().filter(|ring| ring.self_contact == SelfContact::Auto).count(),
+        rings.iter().filter(|ring| ring.gravity == GravityForm::Centroid).count(),
+    );
+    let near_wall = match with_drag {
+        0 => "b0 = 0: no distance is computed".to_owned(),
+        _ => format!("b0 = {}", Ends(ends(points.iter().map(|point| point.b0)))),
+    };
+    let gravity = if hydrostatic > 0 { "as hydrostatic pressure, along +x" } else { "drives along +x" };
+    let self_contact = match (rings.is_empty(), with_repulsion) {
+        (true, _) => "SP has no ring",
+        (_, 0) => "switched off",
+        _ => "only where the ring folds back",
+    };
     effects.extend([
-        effect("gravity", true, "drives along +x"),
+        effect("gravity", true, gravity),
         effect("contact", true, format!("e_w = {}", Ends(ends(stiffness)))),
         effect("far_drag", true, format!("v_t = {}", Ends(ends(points.iter().map(|point| point.v_t))))),
-        effect("near_wall_drag", false, "b0 = 0"),
-        effect("self_contact", false, self_contact),
+        effect("near_wall_drag", with_drag > 0, near_wall),
+        effect("self_contact", with_repulsion > 0, self_contact),
     ]);
     effects
 }

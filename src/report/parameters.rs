@@ -2,7 +2,7 @@
 //! the rows of a table and those that do not.
 
 use super::rounding::significant;
-use crate::job::{Deformable, Density, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use crate::job::{Channel, Deformable, Density, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
 use std::cmp::Ordering;
 
 /// Significant digits of a parameter, more only where they tell two values of a column apart.
@@ -87,11 +87,24 @@ fn texts(column: &[Value]) -> Vec<String> {
 
 /// All parameters of a point, in the order in which they are read. A field added to a point must be named here.
 fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
-    let Point { model, scene, v_t, stepping, limits, sample_every } = point;
+    let Point { model, scene, v_t, b0, alpha, stepping, limits, sample_every } = point;
     let Stepping { integrator, dt } = stepping;
     let Limits { t_max, distance, ek_threshold } = limits;
     let mut list = match model {
-        Model::Deformable(Deformable { gamma, kappa, k_a, n_vertices, e_w, delta, eps }) => vec![
+        Model::Deformable(Deformable {
+            gamma,
+            kappa,
+            k_a,
+            n_vertices,
+            e_w,
+            delta,
+            eps,
+            wall,
+            contact,
+            gravity,
+            self_contact,
+            engulfed,
+        }) => vec![
             ("gamma", Value::Number(*gamma)),
             ("kappa", Value::Number(*kappa)),
             ("k_a", Value::Number(*k_a)),
@@ -99,6 +112,11 @@ fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
             ("e_w", Value::Number(*e_w)),
             ("delta", Value::Number(*delta)),
             ("eps", Value::Number(*eps)),
+            ("wall", Value::Name(wall.name())),
+            ("contact", Value::Name(contact.name())),
+            ("gravity", Value::Name(gravity.name())),
+            ("self_contact", Value::Name(self_contact.name())),
+            ("engulfed", Value::Name(engulfed.name())),
         ],
         Model::Soft(Soft { e_w }) => vec![("e_w", Value::Number(*e_w))],
     };
@@ -115,9 +133,19 @@ fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
                 ("box_size", Value::Number(*box_size)),
             ]);
         }
+        Scene::Channel(Channel { w, angle, tip_radius, h_start, h_end }) => list.extend([
+            ("w", Value::Number(*w)),
+            ("angle", Value::Number(*angle)),
+            ("tip_radius", Value::Number(*tip_radius)),
+            ("h_start", Value::Number(*h_start)),
+            ("h_end", Value::Number(*h_end)),
+        ]),
+        Scene::Plate => {}
     }
     list.extend([
         ("v_t", Value::Number(*v_t)),
+        ("b0", Value::Number(*b0)),
+        ("alpha", Value::Number(alpha.unwrap_or(4.0 / 3.0))),
         ("integrator", Value::Name(integrator.name())),
         ("dt", Value::Number(*dt)),
         ("t_max", Value::Number(*t_max)),

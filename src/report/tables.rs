@@ -142,6 +142,8 @@ fn tables(
 fn kind_in_words(point: &Point) -> String {
     let scene = match point.scene {
         Scene::Obstacles(_) => "obstacle arrays",
+        Scene::Channel(_) => "channels",
+        Scene::Plate => "plates",
     };
     format!("{} in {scene}", point.model.name())
 }

@@ -3,8 +3,8 @@
 //! With a tip radius the wedges are rounded off so that the orifice keeps its width: a sharp wedge whose tip stands that
 //! much further out, surrounded by a surface at the tip radius.
 
-use super::wall::{Edges, Shape, Touch, Walls};
-use fearless_simd::{f64x8, prelude::*};
+use super::wall::{Edges, LEVEL, Shape, Touch, Walls};
+use fearless_simd::{Fallback, f64x8, prelude::*};
 
 /// The two wedges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,26 +75,44 @@ impl Wedge {
         }
     }
 
-    /// The nearest point of each edge: its place, and where on the edge it lies.
+    /// The point of each edge where `d(q) + beta (q - 1/2)^2` is smallest: that value, the normal there, and q.
+    ///
+    /// The function is convex, so its minimum is that of the face or of the tip where it lies, or an end of the edge, or
+    /// the place where the nearer face changes; every other of these candidates has a larger value.
     #[inline(always)]
-    fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>) -> (Place<S>, f64x8<S>) {
+    fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, level: f64) -> (Place<S>, f64x8<S>) {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let clamp = |q: f64x8<S>| q.max(zero).min(one);
         let (rx, ry) = (edges.x - self.x, (edges.y - self.y) * self.side);
         let (ex, ey) = (edges.ex, edges.ey * self.side);
         let tiny = f64x8::splat(simd, 1e-300);
-        let to_tip = (-(rx * ex + ry * ey) / (ex * ex + ey * ey).max(tiny)).max(zero).min(one);
-        // Where the nearer face changes; an edge along the axis has no such place.
+        let squared = (ex * ex + ey * ey).max(tiny);
+        let to_tip = -(rx * ex + ry * ey) / squared;
+        let across = (rx * ey - ry * ex) * (rx * ey - ry * ex) / squared;
         let crosses = (ex * ex).simd_gt(tiny);
-        let to_axis = (-rx / crosses.select(ex, one)).max(zero).min(one);
-        // The distance is convex along the edge, so its minimum is at one of these.
+        let to_axis = clamp(-rx / crosses.select(ex, one));
+        // On a face the distance is linear in q.
+        let rises = [ex * self.sin - ey * self.cos, -ex * self.sin - ey * self.cos];
+        let on_faces = rises.map(|rise| clamp(0.5 - rise * (0.5 / level.max(1e-300))));
+        // At the tip it is a hyperbola; a few Newton steps from its vertex.
+        let mut at_tip = clamp(to_tip);
+        for _ in 0..3 {
+            let away = at_tip - to_tip;
+            let distance = (squared * away * away + across).max(tiny).sqrt();
+            let slope = squared * away / distance + 2.0 * level * (at_tip - 0.5);
+            let curvature = squared * across / (distance * distance * distance) + 2.0 * level;
+            at_tip = clamp(at_tip - slope / curvature.max(tiny));
+        }
         let mut best_q = zero;
         let mut best = self.place(simd, rx, ry);
-        for q in [one, to_tip, to_axis] {
+        best.distance += 0.25 * level;
+        for q in [one, on_faces[0], on_faces[1], at_tip, clamp(to_tip), to_axis] {
             let place = self.place(simd, rx + q * ex, ry + q * ey);
-            let nearer = place.distance.simd_lt(best.distance);
+            let distance = place.distance + level * (q - 0.5) * (q - 0.5);
+            let nearer = distance.simd_lt(best.distance);
             best_q = nearer.select(q, best_q);
             best = Place {
-                distance: nearer.select(place.distance, best.distance),
+                distance: nearer.select(distance, best.distance),
                 nx: nearer.select(place.nx, best.nx),
                 ny: nearer.select(place.ny, best.ny),
             };
@@ -110,15 +128,23 @@ impl Shape for Wedge {
 
     #[inline(always)]
     fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S> {
-        self.nearest(simd, edges).0.distance
+        self.nearest(simd, edges, 0.0).0.distance
     }
 
     #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
-        let (place, q) = self.nearest(simd, edges);
+        let (place, q) = self.nearest(simd, edges, LEVEL);
         let overlap = (reach - place.distance).max(f64x8::splat(simd, 0.0));
         let touches = overlap.simd_gt(f64x8::splat(simd, 0.0)).any_true();
         touches.then(|| Touch { q, overlap, nx: place.nx, ny: place.ny * self.side })
+    }
+
+    fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])> {
+        let simd = Fallback::new();
+        let splat = |v: f64| f64x8::splat(simd, v);
+        let place = self.place(simd, splat(x - self.x), splat((y - self.y) * self.side));
+        let overlap = reach - place.distance.as_slice()[0];
+        (overlap > 0.0).then(|| (overlap, [place.nx.as_slice()[0], place.ny.as_slice()[0] * self.side]))
     }
 
     fn heart(&self) -> Option<[f64; 2]> {
@@ -129,7 +155,6 @@ impl Shape for Wedge {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fearless_simd::Fallback;
 
     fn distance(wedge: &Wedge, from: [f64; 2], to: [f64; 2]) -> f64 {
         let simd = Fallback::new();

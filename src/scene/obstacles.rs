@@ -64,6 +64,16 @@ impl Shape for Disc {
         })
     }
 
+    #[inline(always)]
+    fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])> {
+        let (dx, dy) = (x - self.x, y - self.y);
+        let squared = dx * dx + dy * dy;
+        (squared < reach * reach).then(|| {
+            let distance = squared.sqrt().max(1e-300);
+            (reach - distance, [dx / distance, dy / distance])
+        })
+    }
+
     fn heart(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }

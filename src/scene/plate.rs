@@ -1,6 +1,6 @@
 //! A flat wall across the droplet's way at `x = 0`, on which it comes to rest ([C24] Fig. 7b).
 
-use super::wall::{Edges, Shape, Touch, Walls};
+use super::wall::{Edges, LEVEL, Shape, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The plate, `x >= 0`.
@@ -38,9 +38,15 @@ impl Shape for HalfPlane {
     #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-        let overlap = (reach - self.distance(simd, edges)).max(zero);
-        let q = edges.ex.simd_gt(zero).select(one, zero);
+        let q = (0.5 + edges.ex * (0.5 / LEVEL)).max(zero).min(one);
+        let distance = self.x - edges.x - q * edges.ex + LEVEL * (q - 0.5) * (q - 0.5);
+        let overlap = (reach - distance).max(zero);
         overlap.simd_gt(zero).any_true().then_some(Touch { q, overlap, nx: -one, ny: zero })
+    }
+
+    fn touch_point(&self, x: f64, _: f64, reach: f64) -> Option<(f64, [f64; 2])> {
+        let overlap = reach - (self.x - x);
+        (overlap > 0.0).then_some((overlap, [-1.0, 0.0]))
     }
 
     fn heart(&self) -> Option<[f64; 2]> {

@@ -4,12 +4,18 @@
 //! radius; a plate is a half-plane. Signed distances to a convex skeleton are convex along an edge, so an edge has one
 //! nearest point.
 //!
+//! Against a flat face an edge that lies parallel has no one nearest point, and the force would jump from end to end. So flat
+//! faces take the minimum over `q` in [0, 1] of `d(q) + beta (q - 1/2)^2`, [`LEVEL`] being beta: still convex, its force
+//! still the gradient of an energy, and continuous.
+//!
 //! # Writing your own
 //! A shape implements [`Shape`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
 //! the shapes near a droplet.
 
-use crate::vector::{LANES, load};
 use fearless_simd::{f64x8, prelude::*};
+
+/// Depth, in sigma, over which the force on an edge parallel to a flat face passes from one end to the other.
+pub const LEVEL: f64 = 2.5e-4;
 
 /// Eight edges: where they start, relative to the ring's origin, and their vectors.
 #[derive(Clone, Copy)]
@@ -48,6 +54,9 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>>;
 
+    /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
+    fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
+
     /// Whether the shape counts as inside a ring that contains this point (local coordinates); `None` for shapes that
     /// reach to infinity, which no ring can contain.
     fn heart(&self) -> Option<[f64; 2]>;
@@ -64,15 +73,4 @@ pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
     /// Calls `visit` with every shape whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`, all in
     /// coordinates relative to `origin`.
     fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Shape));
-}
-
-/// Eight edges of a ring from edge `i` on, their vectors already made.
-#[inline(always)]
-pub fn edges_at<S: Simd>(simd: S, ring: &crate::droplet::deformable::Ring, i: usize) -> Edges<S> {
-    Edges {
-        x: load(simd, &ring.x, i),
-        y: load(simd, &ring.y, i),
-        ex: load(simd, &ring.edge_x, LANES + i),
-        ey: load(simd, &ring.edge_y, LANES + i),
-    }
 }

@@ -143,11 +143,15 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
         Model::Deformable(ring) => (Some(ring), ring.e_w),
         Model::Soft(soft) => (None, soft.e_w),
     };
-    let Scene::Obstacles(field) = &point.scene;
-    let density = match field.density {
+    let (field, channel) = match &point.scene {
+        Scene::Obstacles(field) => (Some(field), None),
+        Scene::Channel(channel) => (None, Some(channel)),
+        Scene::Plate => (None, None),
+    };
+    let density = field.map(|field| match field.density {
         Density::Saturated => Value::Text("saturated".to_owned()),
         Density::Number(number) => Value::Real(number),
-    };
+    });
     let mut add = conn.prepare_cached(
         "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
                              n_vertices, dt, integrator)
@@ -161,14 +165,14 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
         point.scene.name(),
         ring.map(|ring| ring.gamma),
         e_w,
-        field.w_ob,
-        field.sigma_ob,
+        field.map(|field| field.w_ob),
+        field.map(|field| field.sigma_ob),
         density,
-        0.0, // no scene has a near-wall drag yet
+        point.b0,
         point.v_t,
         ring.map(|ring| ring.k_a),
         ring.map(|ring| ring.kappa),
-        None::<f64>, // no scene has an orifice yet
+        channel.map(|channel| channel.w),
         ring.map(|ring| ring.n_vertices as i64),
         point.stepping.dt,
         point.stepping.integrator.name(),

@@ -21,6 +21,8 @@ pub fn soft(e_w: f64) -> Point {
             box_size: 500.0,
         }),
         v_t: 0.03,
+        b0: 0.0,
+        alpha: None,
         stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
         limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
         sample_every: 10.0,
@@ -30,17 +32,10 @@ pub fn soft(e_w: f64) -> Point {
 /// A deformable particle of line tension `gamma` in a saturated array.
 pub fn ring(gamma: f64) -> Point {
     let mut point = soft(0.0);
-    point.model = Model::Deformable(Deformable {
-        gamma,
-        kappa: 1e-3,
-        k_a: 1e4,
-        n_vertices: 256,
-        e_w: 1e4,
-        delta: 0.012,
-        eps: 0.1,
-    });
-    let Scene::Obstacles(field) = &mut point.scene;
-    field.density = Density::Saturated;
+    point.model = Model::Deformable(Deformable { delta: 0.012, ..Deformable::of_tension(gamma) });
+    if let Scene::Obstacles(field) = &mut point.scene {
+        field.density = Density::Saturated;
+    }
     point
 }
 

@@ -2,10 +2,10 @@
 
 use super::make::*;
 use meniscus::fits::{LambdaFit, SpeedAverage};
-use meniscus::job::JobId;
+use meniscus::job::{JobId, JobState};
 use meniscus::store::{
-    CampaignRecord, JobState, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job,
-    job_states, point_runs, save_fits, status,
+    CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job, job_states,
+    point_runs, save_fits, status,
 };
 use meniscus::trajectory::{FailureClass, Outcome};
 use std::time::Duration;

@@ -1,0 +1,284 @@
+//! The ring repels itself where it folds back: `U = sum (k/2)(delta - d)^2` over vertices and edges that lie apart along the
+//! ring and closer than `delta` in the plane.
+//!
+//! `d` is the distance of a vertex from its nearest point on an edge; in the plane two edges that do not cross are
+//! nearest at an end of one of them, so vertices against edges miss nothing. A pair counts if the way between them along the
+//! ring is longer than [`WAY`] times `delta`: closer ones are a bend, not a fold.
+//!
+//! Blocks of eight vertices are paired with blocks of eight edges whose boxes come close; where the ring does not fold
+//! there is no pair, and the effect costs a look at the boxes whenever some vertex has moved by half the skin.
+
+use super::RingForce;
+use crate::droplet::deformable::Ring;
+use crate::on_level;
+use crate::vector::{LANES, load, padded, store, sum_lanes};
+use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+
+/// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
+const WAY: f64 = 3.0;
+
+/// Sum of the movements of two vertices after which pairs may be missed, in sigma; less than `(WAY - 1) delta` keeps bends
+/// of a round ring off the list.
+const SKIN: f64 = 0.02;
+
+/// Eight vertices and eight edges that may touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pair {
+    vertices: usize,
+    edges: usize,
+}
+
+/// The self-contact effect and its list of pairs.
+#[derive(Clone, Debug)]
+pub struct SelfContact {
+    level: Level,
+    stiffness: f64,
+    delta: f64,
+    pairs: Vec<Pair>,
+    /// Way along the ring from vertex 0 to each vertex when the list was made; the padding lies at infinity.
+    way: Vec<f64>,
+    whole_way: f64,
+    /// Where the vertices were then, relative to their mean.
+    listed_x: Vec<f64>,
+    listed_y: Vec<f64>,
+    slack: f64,
+}
+
+impl SelfContact {
+    /// Repulsion of stiffness `k` within `delta`.
+    pub fn new(n_vertices: usize, stiffness: f64, delta: f64, level: Level) -> Self {
+        let way = vec![f64::INFINITY; padded(n_vertices) + LANES];
+        let nowhere = vec![f64::INFINITY; n_vertices];
+        Self {
+            level,
+            stiffness,
+            delta,
+            pairs: Vec::new(),
+            way,
+            whole_way: 0.0,
+            listed_x: nowhere.clone(),
+            listed_y: nowhere,
+            slack: f64::NEG_INFINITY,
+        }
+    }
+
+    #[inline(never)]
+    fn list(&mut self, ring: &Ring) {
+        self.slack = SKIN;
+        self.pairs.clear();
+        let [mx, my] = mean(ring);
+        let mut way = 0.0;
+        for i in 0..ring.n {
+            (self.listed_x[i], self.listed_y[i]) = (ring.x[i] - mx, ring.y[i] - my);
+            self.way[i] = way;
+            let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
+            way += (ex * ex + ey * ey).sqrt();
+        }
+        self.whole_way = way;
+        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+        let far = self.delta + SKIN;
+        for (a, vertices) in boxes.iter().enumerate() {
+            for (b, edges) in boxes.iter().enumerate() {
+                let apart =
+                    |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
+                if apart(0, 1) || apart(2, 3) {
+                    continue;
+                }
+                let simd = Fallback::new();
+                let mut block = (b * LANES)..((b + 1) * LANES).min(ring.n);
+                if block.any(|j| self.overlap(simd, ring, a * LANES, j, far).is_some()) {
+                    self.pairs.push(Pair { vertices: a * LANES, edges: b * LANES });
+                }
+            }
+        }
+    }
+
+    /// Twice the largest movement of a vertex since the list was made, that of the whole ring apart.
+    fn deformation(&self, ring: &Ring) -> f64 {
+        let [mx, my] = mean(ring);
+        let squared = |i: usize| {
+            let (dx, dy) = (ring.x[i] - mx - self.listed_x[i], ring.y[i] - my - self.listed_y[i]);
+            dx * dx + dy * dy
+        };
+        2.0 * (0..ring.n).map(squared).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Overlap of eight vertices with edge `j` within `reach`: how deep, where on the edge, and the unit normal from edge to vertex.
+    #[inline(always)]
+    fn overlap<S: Simd>(&self, simd: S, ring: &Ring, vertices: usize, j: usize, reach: f64) -> Option<[f64x8<S>; 4]> {
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let (ex, ey) = (ring.x[j + 1] - ring.x[j], ring.y[j + 1] - ring.y[j]);
+        let inverse = 1.0 / (ex * ex + ey * ey).max(1e-300);
+        let (rx, ry) = (load(simd, &ring.x, vertices) - ring.x[j], load(simd, &ring.y, vertices) - ring.y[j]);
+        let q = ((rx * ex + ry * ey) * inverse).max(zero).min(one);
+        let (px, py) = (rx - q * ex, ry - q * ey);
+        let squared = px * px + py * py;
+        let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
+        // From both ends of the edge: a vertex next to either is a neighbour, however long the edge.
+        let apart = |end: f64| {
+            let way = (load(simd, &self.way, vertices) - end).abs();
+            way.min(self.whole_way - way).simd_gt(f64x8::splat(simd, WAY * self.delta))
+        };
+        let end = if j + 1 == ring.n { 0.0 } else { self.way[j + 1] };
+        let touches = near & apart(self.way[j]) & apart(end);
+        touches.any_true().then(|| {
+            let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
+            let overlap = touches.select(reach - distance, zero);
+            [overlap, q, px / distance, py / distance]
+        })
+    }
+
+    #[inline(always)]
+    fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
+        for pair in &self.pairs {
+            let a = pair.vertices;
+            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
+                let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
+                let push = overlap * self.stiffness;
+                let (fx, fy) = (push * nx, push * ny);
+                let x = load(simd, &ring.force_x, a) + fx;
+                store(x, &mut ring.force_x, a);
+                let y = load(simd, &ring.force_y, a) + fy;
+                store(y, &mut ring.force_y, a);
+                let (all_x, all_y) = (sum_lanes(fx), sum_lanes(fy));
+                let (ahead_x, ahead_y) = (sum_lanes(q * fx), sum_lanes(q * fy));
+                ring.force_x[j] -= all_x - ahead_x;
+                ring.force_y[j] -= all_y - ahead_y;
+                ring.force_x[j + 1] -= ahead_x;
+                ring.force_y[j + 1] -= ahead_y;
+            }
+        }
+    }
+
+    /// Whether two edges of the ring cross.
+    pub fn crosses(ring: &Ring) -> bool {
+        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+        let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
+        let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
+        (0..boxes.len()).any(|a| {
+            (a..boxes.len()).any(|b| {
+                let (p, q) = (boxes[a], boxes[b]);
+                let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
+                !apart
+                    && block(a).any(|i| {
+                        let neighbours = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
+                        block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
+                    })
+            })
+        })
+    }
+}
+
+/// Mean vertex.
+fn mean(ring: &Ring) -> [f64; 2] {
+    [&ring.x, &ring.y].map(|v| v[..ring.n].iter().sum::<f64>() / ring.n as f64)
+}
+
+/// Box around the eight edges from `start` on: `[x_min, x_max, y_min, y_max]`.
+fn block_box(ring: &Ring, start: usize) -> [f64; 4] {
+    let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
+    let ([x0, x1], [y0, y1]) = (ends(&ring.x[start..=start + LANES]), ends(&ring.y[start..=start + LANES]));
+    [x0, x1, y0, y1]
+}
+
+/// Whether two segments `[x, y, x', y']` cross properly.
+fn cross(a: [f64; 4], b: [f64; 4]) -> bool {
+    let side = |s: [f64; 4], x: f64, y: f64| (s[2] - s[0]) * (y - s[1]) - (s[3] - s[1]) * (x - s[0]);
+    side(a, b[0], b[1]) * side(a, b[2], b[3]) < 0.0 && side(b, a[0], a[1]) * side(b, a[2], a[3]) < 0.0
+}
+
+impl RingForce for SelfContact {
+    fn moved(&mut self, distance: f64, ring: &Ring) {
+        self.slack -= 2.0 * distance;
+        if self.slack >= 0.0 {
+            return;
+        }
+        // What counts is the ring's deformation: a droplet that falls as a whole needs no new list.
+        let left = SKIN - self.deformation(ring);
+        if left > 0.1 * SKIN { self.slack = left } else { self.list(ring) }
+    }
+
+    fn acts(&self) -> bool {
+        !self.pairs.is_empty()
+    }
+
+    fn add(&self, ring: &mut Ring) {
+        on_level!(self.level, simd => self.add_with(simd, ring));
+    }
+
+    fn energy(&self, ring: &Ring) -> f64 {
+        let simd = Fallback::new();
+        let mut energy = 0.0;
+        for pair in &self.pairs {
+            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
+                if let Some([overlap, ..]) = self.overlap(simd, ring, pair.vertices, j, self.delta) {
+                    energy += 0.5 * self.stiffness * sum_lanes(overlap * overlap);
+                }
+            }
+        }
+        energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ring pinched to a dumb-bell whose waist has the given half width.
+    fn dumb_bell(n: usize, waist: f64) -> Ring {
+        let mut ring = Ring::regular(n, [0.0, 0.0], 0.5);
+        for i in 0..n {
+            let x = ring.x[i];
+            ring.y[i] *= (waist + 1.5 * x * x) / 0.5;
+        }
+        ring.close();
+        ring
+    }
+
+    #[test]
+    fn a_round_ring_has_no_pairs_and_a_pinched_one_has() {
+        let mut effect = SelfContact::new(100, 40.0, 0.0123, Level::new());
+        effect.moved(0.0, &Ring::regular(100, [0.0, 0.0], 0.5));
+        assert!(!effect.acts());
+        effect = SelfContact::new(100, 40.0, 0.0123, Level::new());
+        effect.moved(0.0, &dumb_bell(100, 0.005));
+        assert!(effect.acts());
+        assert!(effect.energy(&dumb_bell(100, 0.005)) > 0.0);
+        assert!(effect.energy(&dumb_bell(100, 0.01)) == 0.0);
+    }
+
+    #[test]
+    fn repulsion_is_minus_the_gradient_of_its_energy_and_adds_up_to_nothing() {
+        let ring = dumb_bell(96, 0.0041);
+        let mut effect = SelfContact::new(96, 40.0, 0.0123, Level::new());
+        effect.moved(0.0, &ring);
+        let mut pushed = ring.clone();
+        effect.add(&mut pushed);
+        pushed.force_x[0] += pushed.force_x[96];
+        pushed.force_y[0] += pushed.force_y[96];
+        let largest = pushed.force_y[..96].iter().fold(0.0, |a: f64, f| a.max(f.abs()));
+        assert!(largest > 1e-3);
+        assert!(pushed.force_x[..96].iter().sum::<f64>().abs() < 1e-12);
+        let h = 1e-7;
+        for i in 0..96 {
+            let energy_at = |dx: f64, dy: f64| {
+                let mut moved = ring.clone();
+                moved.x[i] += dx;
+                moved.y[i] += dy;
+                moved.close();
+                effect.energy(&moved)
+            };
+            let slope_x = (energy_at(h, 0.0) - energy_at(-h, 0.0)) / (2.0 * h);
+            let slope_y = (energy_at(0.0, h) - energy_at(0.0, -h)) / (2.0 * h);
+            assert!((pushed.force_x[i] + slope_x).abs() < 1e-6 * largest, "vertex {i}");
+            assert!((pushed.force_y[i] + slope_y).abs() < 1e-6 * largest, "vertex {i}");
+        }
+    }
+
+    #[test]
+    fn crossing_edges_are_found() {
+        assert!(!SelfContact::crosses(&Ring::regular(64, [0.0, 0.0], 0.5)));
+        assert!(!SelfContact::crosses(&dumb_bell(64, 0.002)));
+        assert!(SelfContact::crosses(&dumb_bell(64, -0.01)));
+    }
+}

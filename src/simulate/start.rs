@@ -1,0 +1,155 @@
+//! Puts the droplet of a job in place and picks the concrete types of its effects, once.
+
+use super::Motion;
+use crate::droplet::deformable::Ring;
+use crate::droplet::soft::{SoftEffects, SoftMotion};
+use crate::effects::area::Area;
+use crate::effects::contact::{Contact, OnEdges, OnVertices, WallContact};
+use crate::effects::far_drag::FarDrag;
+use crate::effects::gravity::Gravity;
+use crate::effects::hydrostatic::Hydrostatic;
+use crate::effects::near_wall_drag::{NearWallDrag, PAPER_ALPHA};
+use crate::effects::perimeter::Perimeter;
+use crate::effects::self_contact::SelfContact;
+use crate::effects::tension::{LinearTension, Tension};
+use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::integrator::relax::{self, Place};
+use crate::integrator::verlet::{RingEffects, RingMotion};
+use crate::job::{self, ContactKind, Deformable, GravityForm, Job, MASS, Model, Point, Scene, regular_edge};
+use crate::scene::channel::ChannelWalls;
+use crate::scene::library::ArrayLibrary;
+use crate::scene::plate::Plate;
+use crate::scene::wall::Walls;
+use crate::trajectory::Failure;
+use fearless_simd::Level;
+use std::sync::Arc;
+
+/// The droplet of a job, in place and at rest, gravity just switched on.
+///
+/// # Errors
+/// Those of the array, and of putting a droplet where there is no room.
+pub(super) fn start(job: &Job, arrays: &ArrayLibrary, level: Level) -> Result<Box<dyn Motion>, Failure> {
+    match &job.point.scene {
+        Scene::Obstacles(field) => {
+            let discs = arrays.get(job, field)?;
+            let (at, clearance) = discs.widest_gap_near_centre();
+            Start { point: &job.point, walls: discs, place: Place::Gap { at, clearance }, level }.droplet()
+        }
+        Scene::Channel(channel) => {
+            let walls = Arc::new(ChannelWalls::new(channel.w, channel.angle, channel.tip_radius));
+            Start { point: &job.point, walls, place: Place::Free { at: [channel.h_start, 0.0] }, level }.droplet()
+        }
+        Scene::Plate => Start { point: &job.point, walls: Arc::new(Plate), place: Place::OnPlate, level }.droplet(),
+    }
+}
+
+/// Whether tension and perimeter add up to the linear spring, `kappa = 1/(N_v l0)`.
+pub fn is_linear(ring: &Deformable) -> bool {
+    (ring.kappa * ring.n_vertices as f64 * regular_edge(ring.n_vertices) - 1.0).abs() < 1e-9
+}
+
+/// A grid point and where it starts.
+struct Start<'a, W: Walls> {
+    point: &'a Point,
+    walls: Arc<W>,
+    place: Place,
+    level: Level,
+}
+
+impl<W: Walls> Start<'_, W> {
+    fn droplet(self) -> Result<Box<dyn Motion>, Failure> {
+        match &self.point.model {
+            Model::Soft(soft) => {
+                let dt = self.point.stepping.dt;
+                let position = relax::place_point(soft.e_w, &self.walls, self.place, dt)?;
+                let effects = SoftEffects {
+                    stiffness: soft.e_w,
+                    weight: MASS,
+                    far_rate: 1.0 / self.point.v_t,
+                    b0: self.point.b0,
+                    alpha: self.alpha(),
+                };
+                Ok(Box::new(SoftMotion::start(position, effects, dt, self.walls)))
+            }
+            Model::Deformable(ring) => {
+                let (n, rest) = (ring.n_vertices, regular_edge(ring.n_vertices));
+                let tension = Tension { gamma: ring.gamma };
+                if ring.kappa == 0.0 {
+                    self.ring(ring, tension)
+                } else if is_linear(ring) {
+                    self.ring(ring, LinearTension { stiffness: ring.gamma / rest, rest })
+                } else {
+                    self.ring(ring, (tension, Perimeter { stiffness: ring.kappa * ring.gamma * n as f64, rest }))
+                }
+            }
+        }
+    }
+
+    fn alpha(&self) -> f64 {
+        self.point.alpha.unwrap_or(PAPER_ALPHA)
+    }
+
+    /// A ring with these forces along its edges; picks the drag.
+    fn ring<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Box<dyn Motion>, Failure> {
+        let placed = relax::place_ring(
+            ring,
+            edge,
+            self.place,
+            self.contact(ring),
+            self.repulsion(ring),
+            self.point.stepping.dt,
+            self.level,
+        )?;
+        let (n, v_t, b0) = (ring.n_vertices, self.point.v_t, self.point.b0);
+        if b0 == 0.0 {
+            return Ok(self.set_off(ring, edge, placed, FarDrag { rate: 1.0 / v_t }));
+        }
+        let drag = NearWallDrag::new(self.walls.clone(), n, v_t, b0, self.alpha(), ring.delta, self.level);
+        Ok(self.set_off(ring, edge, placed, drag))
+    }
+
+    /// Switches gravity on.
+    fn set_off<E: EdgeForce, D: Drag>(&self, ring: &Deformable, edge: E, placed: Ring, drag: D) -> Box<dyn Motion> {
+        let smoothing = ring.eps * regular_edge(ring.n_vertices);
+        let mut others = self.repulsion(ring);
+        let gravity = match ring.gravity {
+            GravityForm::Vertex => Gravity::new(ring.n_vertices),
+            GravityForm::Centroid => {
+                others.push(Box::new(Hydrostatic));
+                Gravity::off()
+            }
+        };
+        let effects = RingEffects {
+            edge,
+            area: Area { stiffness: ring.k_a, rest: MASS },
+            gravity,
+            drag,
+            eps_squared: smoothing * smoothing,
+            walls: self.contact(ring),
+            others,
+        };
+        Box::new(RingMotion::start(placed, effects, self.point.stepping.dt, self.level))
+    }
+
+    fn contact(&self, ring: &Deformable) -> Box<dyn WallContact> {
+        let (walls, n, k_w) = (self.walls.clone(), ring.n_vertices, ring.k_w());
+        match ring.contact {
+            ContactKind::Edge => Box::new(Contact::<_, OnEdges>::new(walls, n, k_w, ring.delta, self.level)),
+            ContactKind::Vertex => Box::new(Contact::<_, OnVertices>::new(walls, n, k_w, ring.delta, self.level)),
+        }
+    }
+
+    fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {
+        match ring.self_contact {
+            job::SelfContact::Off => Vec::new(),
+            // As stiff as a wall that all edges share, whatever the walls of this scene.
+            job::SelfContact::Auto => {
+                let stiffness = SELF_STIFFNESS / ring.n_vertices as f64;
+                vec![Box::new(SelfContact::new(ring.n_vertices, stiffness, ring.delta, self.level))]
+            }
+        }
+    }
+}
+
+/// Total stiffness of the ring against itself.
+const SELF_STIFFNESS: f64 = 1e4;
