@@ -4,14 +4,18 @@ use fearless_simd::Level;
 use meniscus::droplet::deformable::Ring;
 use meniscus::effects::EdgeForce;
 use meniscus::effects::area::Area;
-use meniscus::effects::contact::{Contact, OnEdges};
+use meniscus::effects::contact::{Contact, ContactForm, OnEdges, OnVertices};
 use meniscus::effects::far_drag::FarDrag;
 use meniscus::effects::gravity::Gravity;
+use meniscus::effects::hydrostatic::Hydrostatic;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::tension::{LinearTension, Tension};
 use meniscus::integrator::verlet::{RingEffects, RingMotion};
 use meniscus::job::{MASS, regular_edge};
+use meniscus::scene::channel::ChannelWalls;
 use meniscus::scene::obstacles::ObstacleArray;
+use meniscus::scene::plate::Plate;
+use meniscus::scene::wall::Walls;
 use std::sync::Arc;
 
 const N: usize = 100;
@@ -66,7 +70,11 @@ fn bent() -> Ring {
 
 /// Central differences of the energy against the force, relative to the largest force.
 fn check_gradient<E: EdgeForce>(effects: RingEffects<E, FarDrag>) {
-    let mut motion = RingMotion::start(bent(), effects, DT, Level::new());
+    check_gradient_of(bent(), effects);
+}
+
+fn check_gradient_of<E: EdgeForce>(ring: Ring, effects: RingEffects<E, FarDrag>) {
+    let mut motion = RingMotion::start(ring, effects, 1e-9, Level::new());
     let (fx, fy) = motion.forces();
     let largest = fx.iter().chain(&fy).fold(0.0, |a: f64, f| a.max(f.abs()));
     assert!(largest > 0.0, "the term must act on this ring");
@@ -209,4 +217,33 @@ fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
         cut.observe();
     }
     assert!(whole.ring.x == cut.ring.x && whole.ring.uy == cut.ring.uy);
+}
+
+#[test]
+fn hydrostatic_gravity_is_minus_the_gradient_of_its_energy_and_carries_the_whole_weight() {
+    let mut effects = alone((), NO_AREA, Gravity::off(), 0.0);
+    effects.others.push(Box::new(Hydrostatic));
+    let mut motion = RingMotion::start(bent(), effects, DT, Level::new());
+    let (fx, fy) = motion.forces();
+    assert!((fx[..N].iter().sum::<f64>() - MASS).abs() < 1e-12);
+    assert!(fy[..N].iter().sum::<f64>().abs() < 1e-12);
+    let mut effects = alone((), NO_AREA, Gravity::off(), 0.0);
+    effects.others.push(Box::new(Hydrostatic));
+    check_gradient(effects);
+}
+
+#[test]
+fn contact_with_wedges_and_plates_is_minus_the_gradient_of_its_energy() {
+    fn touching<W: Walls, F: ContactForm>(walls: W, centre: [f64; 2]) {
+        let walls = Contact::<W, F>::new(Arc::new(walls), N, 100.0, 0.0123, Level::new());
+        let effects = RingEffects { walls: Box::new(walls), ..alone((), NO_AREA, Gravity::off(), 0.0) };
+        let mut ring = bent();
+        ring.x.iter_mut().for_each(|x| *x += centre[0] - 10.0);
+        ring.y.iter_mut().for_each(|y| *y += centre[1] - 10.0);
+        check_gradient_of(ring, effects);
+    }
+    touching::<_, OnEdges>(ChannelWalls::new(0.7, 45.0, 0.0), [-0.15, 0.02]);
+    touching::<_, OnEdges>(ChannelWalls::new(0.7, 60.0, 0.1), [-0.1, 0.05]);
+    touching::<_, OnVertices>(ChannelWalls::new(0.7, 45.0, 0.05), [-0.15, 0.02]);
+    touching::<_, OnEdges>(Plate, [-0.45, 0.0]);
 }

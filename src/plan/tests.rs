@@ -137,7 +137,7 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
         "stiffest term tension",
         "tension (gamma = 0.1 .. 10)",
         "perimeter (kappa = 0 .. 0.001 in 2 of 4 points, else 0)",
-        "near_wall_drag (b0 = 0)",
+        "near_wall_drag (b0 = 0: no distance is computed)",
     ] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
