@@ -9,6 +9,7 @@ use super::Observation;
 use crate::droplet::deformable::ORIGIN_STEP;
 use crate::job::MASS;
 use crate::scene::obstacles::{Disc, ObstacleArray};
+use crate::shape::{LoadRecord, ShapeRecord};
 use std::sync::Arc;
 
 /// How far the point may move before its list of near discs is made again, in sigma.
@@ -131,6 +132,24 @@ impl SoftMotion {
             }
             self.list_near();
         }
+    }
+
+    /// The point at time `t`, and the loads on it; each acts where the line of centres meets the surface of its disc.
+    pub fn shape(&self, t: f64) -> ShapeRecord {
+        let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
+        let mut loads = Vec::new();
+        for disc in &self.near {
+            let (dx, dy) = (self.position[0] - disc.x, self.position[1] - disc.y);
+            let distance = (dx * dx + dy * dy).sqrt().max(1e-300);
+            let push = 4.0 * self.stiffness * (self.reach() - distance);
+            if push > 0.0 {
+                let (nx, ny) = (dx / distance, dy / distance);
+                let surface = distance - self.discs.radius;
+                let (x, y) = (world[0] - surface * nx, world[1] - surface * ny);
+                loads.push(LoadRecord { obstacle: disc.id, x, y, fx: push * nx, fy: push * ny, turn: 0.0 });
+            }
+        }
+        ShapeRecord { t, x: vec![world[0]], y: vec![world[1]], loads }
     }
 
     /// Everything that is recorded, at the present position.

@@ -78,7 +78,7 @@ pub fn place_ring<E: EdgeForce>(
     let seen = motion.observe();
     if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|e| !(e.abs() < 0.1)) {
         let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
-        return Err(Failure { class: FailureClass::Unstable, reason, step: 0 });
+        return Err(Failure { class: FailureClass::Unstable, reason, step: 0, shape: None });
     }
     let mut ring = motion.ring;
     ring.ux.fill(0.0);
@@ -117,6 +117,7 @@ fn no_room(clearance: f64) -> Failure {
              lower density or raise w_ob"
         ),
         step: 0,
+        shape: None,
     }
 }
 

@@ -24,6 +24,7 @@ pub fn soft(e_w: f64) -> Point {
         stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
         limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
         sample_every: 10.0,
+        shapes_every: None,
     }
 }
 
@@ -89,7 +90,7 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
 
 /// A failure of the class `class`.
 pub fn failure(class: FailureClass) -> Failure {
-    Failure { class, reason: format!("made to be {}", class.name()), step: 17 }
+    Failure { class, reason: format!("made to be {}", class.name()), step: 17, shape: None }
 }
 
 /// The message that the run `seed` of `point` ended with `rows` samples.

@@ -1,0 +1,90 @@
+//! The words under a picture: what happened, to which droplet, in which job.
+
+use super::rounding::significant;
+use crate::job::{Density, JobId, Model, Point, Scene};
+use crate::shape::ShapeRecord;
+use crate::store::JobStory;
+
+/// What a caption is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct Caption<'a> {
+    /// The job.
+    pub job: JobId,
+    /// Its grid point.
+    pub point: &'a Point,
+    /// Its seed.
+    pub seed: u64,
+    /// How it went.
+    pub story: &'a JobStory,
+}
+
+impl Caption<'_> {
+    /// How the job ended, in a line.
+    pub fn title(&self) -> String {
+        let story = self.story;
+        let way = story.r_end.map_or_else(String::new, |r| format!("{} σ", significant(r, 3)));
+        if let Some(class) = &story.error_class {
+            return format!("Failed: {class}");
+        }
+        match (story.outcome.as_deref(), story.mechanism.as_deref()) {
+            (Some("clogged"), Some("wrap")) => format!("Clogged after {way}: wrapped round an obstacle"),
+            (Some("clogged"), Some("squeeze")) => format!("Clogged after {way}: squeezed between two obstacles"),
+            (Some("clogged"), Some(other)) => format!("Clogged after {way}: {other}"),
+            (Some("clogged"), None) => format!("Clogged after {way}"),
+            (Some("time_limit"), _) => format!("Not clogged at the time limit, after {way}"),
+            (Some("distance"), _) => format!("Flowed the whole distance, {way}"),
+            (Some(other), _) => format!("{other}, after {way}"),
+            (None, _) => "Not finished".to_owned(),
+        }
+    }
+
+    /// The parameters that matter most, by the names of campaign files.
+    pub fn parameters(&self) -> String {
+        let number = |name: &str, value: f64| format!("{name} = {}", significant(value, 6));
+        let mut words = match &self.point.model {
+            Model::Deformable(ring) => vec![
+                "DP".to_owned(),
+                number("gamma", ring.gamma),
+                number("kappa", ring.kappa),
+                number("n_vertices", ring.n_vertices as f64),
+            ],
+            Model::Soft(soft) => vec!["SP".to_owned(), number("e_w", soft.e_w)],
+        };
+        match &self.point.scene {
+            Scene::Obstacles(field) => {
+                words.extend([number("w_ob", field.w_ob), number("sigma_ob", field.sigma_ob)]);
+                words.push(match field.density {
+                    Density::Saturated => "density = saturated".to_owned(),
+                    Density::Number(density) => number("density", density),
+                });
+            }
+        }
+        words.push(number("v_t", self.point.v_t));
+        words.join("  ·  ")
+    }
+
+    /// The job and the instant of the shape.
+    pub fn instant(&self, shape: &ShapeRecord, start_x: f64) -> String {
+        let r = shape.centroid()[0] - start_x;
+        let support: f64 = shape.loads.iter().map(|load| (-load.fx).max(0.0)).sum();
+        let mut shares: Vec<f64> = shape.loads.iter().map(|load| (-load.fx).max(0.0) / support).collect();
+        shares.retain(|share| *share >= 0.005);
+        shares.sort_by(|a, b| b.total_cmp(a));
+        let mut words = vec![
+            format!("job {}", self.job),
+            format!("seed {}", self.seed),
+            format!("t = {} t0", significant(shape.t, 6)),
+            format!("r = {r:.2} σ"),
+        ];
+        if !shares.is_empty() {
+            let shares: Vec<String> = shares.iter().map(|share| format!("{:.0}%", 100.0 * share)).collect();
+            words.push(format!("support {}", shares.join(" + ")));
+        }
+        words.join("  ·  ")
+    }
+
+    /// Why it failed, if it did.
+    pub fn reason(&self) -> Option<&str> {
+        self.story.error.as_deref()
+    }
+}
