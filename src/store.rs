@@ -127,10 +127,8 @@ impl Store {
                      AND job IN (SELECT key FROM jobs WHERE state = 'pending')",
                 [],
             )?;
-            transaction.execute(
-                "DELETE FROM shape_rows WHERE job IN (SELECT key FROM jobs WHERE state = 'pending')",
-                [],
-            )?;
+            transaction
+                .execute("DELETE FROM shape_rows WHERE job IN (SELECT key FROM jobs WHERE state = 'pending')", [])?;
             transaction.commit()?;
             Ok(reset)
         };

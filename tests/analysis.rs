@@ -63,7 +63,14 @@ fn synthetic(gamma: f64, lambda: f64, n: u64) -> PointRuns {
     let run = |seed| {
         let Lifetime { r, clogged } = Draws::life(draws.exponential(lambda), 60.0);
         let outcome = if clogged { Outcome::Clogged } else { Outcome::Distance };
-        FinishedRun { seed, outcome, r_end: r, t_end: r / 0.02, v_g_mean: Some(0.7 + 0.03 * draws.normal()), mechanism: None }
+        FinishedRun {
+            seed,
+            outcome,
+            r_end: r,
+            t_end: r / 0.02,
+            v_g_mean: Some(0.7 + 0.03 * draws.normal()),
+            mechanism: None,
+        }
     };
     point_runs(ring(gamma), (0..n).map(run).collect())
 }
@@ -230,7 +237,8 @@ fn a_point_without_runs_has_a_fit_without_answers() {
 #[test]
 fn tables_show_what_varies_and_name_what_does_not() {
     let mut points = vec![synthetic(1.09, 24.0, 50), synthetic(0.2, 1e9, 20), synthetic(3.0, 41.0, 50)];
-    let constant = |seed| FinishedRun { seed, outcome: Outcome::Clogged, r_end: 9.0, t_end: 1.0, v_g_mean: None, mechanism: None };
+    let constant =
+        |seed| FinishedRun { seed, outcome: Outcome::Clogged, r_end: 9.0, t_end: 1.0, v_g_mean: None, mechanism: None };
     points.push(point_runs(ring(10.0), (0..12).map(constant).collect()));
     points.push(point_runs(Model::Soft(Soft { e_w: 10.0 }), vec![]));
     let fits = fit_all(&points);

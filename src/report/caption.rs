@@ -5,6 +5,9 @@ use crate::job::{Density, JobId, Model, Point, Scene};
 use crate::shape::ShapeRecord;
 use crate::store::JobStory;
 
+/// Stands between two items of a line.
+const SEPARATOR: &str = "\u{a0}· ";
+
 /// What a caption is made from.
 #[derive(Clone, Copy, Debug)]
 pub struct Caption<'a> {
@@ -40,7 +43,7 @@ impl Caption<'_> {
 
     /// The parameters that matter most, by the names of campaign files.
     pub fn parameters(&self) -> String {
-        let number = |name: &str, value: f64| format!("{name} = {}", significant(value, 6));
+        let number = |name: &str, value: f64| whole(&format!("{name} = {}", significant(value, 6)));
         let mut words = match &self.point.model {
             Model::Deformable(ring) => vec![
                 "DP".to_owned(),
@@ -54,37 +57,41 @@ impl Caption<'_> {
             Scene::Obstacles(field) => {
                 words.extend([number("w_ob", field.w_ob), number("sigma_ob", field.sigma_ob)]);
                 words.push(match field.density {
-                    Density::Saturated => "density = saturated".to_owned(),
+                    Density::Saturated => whole("density = saturated"),
                     Density::Number(density) => number("density", density),
                 });
             }
         }
         words.push(number("v_t", self.point.v_t));
-        words.join("  ·  ")
+        words.join(SEPARATOR)
     }
 
-    /// The job and the instant of the shape.
-    pub fn instant(&self, shape: &ShapeRecord, start_x: f64) -> String {
-        let r = shape.centroid()[0] - start_x;
+    /// The job and the instant of the shape; the displacement from `start_x`, where that is known.
+    pub fn instant(&self, shape: &ShapeRecord, start_x: Option<f64>) -> String {
         let support: f64 = shape.loads.iter().map(|load| (-load.fx).max(0.0)).sum();
         let mut shares: Vec<f64> = shape.loads.iter().map(|load| (-load.fx).max(0.0) / support).collect();
         shares.retain(|share| *share >= 0.005);
         shares.sort_by(|a, b| b.total_cmp(a));
         let mut words = vec![
-            format!("job {}", self.job),
-            format!("seed {}", self.seed),
-            format!("t = {} t0", significant(shape.t, 6)),
-            format!("r = {r:.2} σ"),
+            whole(&format!("job {}", self.job)),
+            whole(&format!("seed {}", self.seed)),
+            whole(&format!("t = {} t0", significant(shape.t, 6))),
         ];
+        words.extend(start_x.map(|start_x| whole(&format!("r = {:.2} σ", shape.centroid()[0] - start_x))));
         if !shares.is_empty() {
             let shares: Vec<String> = shares.iter().map(|share| format!("{:.0}%", 100.0 * share)).collect();
-            words.push(format!("support {}", shares.join(" + ")));
+            words.push(whole(&format!("support {}", shares.join(" + "))));
         }
-        words.join("  ·  ")
+        words.join(SEPARATOR)
     }
 
     /// Why it failed, if it did.
     pub fn reason(&self) -> Option<&str> {
         self.story.error.as_deref()
     }
+}
+
+/// An item that no line break divides.
+fn whole(text: &str) -> String {
+    text.replace(' ', "\u{a0}")
 }

@@ -1,6 +1,6 @@
 //! A droplet among its obstacles as an SVG picture: its outline, its path, the forces that hold it, and a caption.
 //!
-//! Arrows start where a force acts and are as long as it is strong; the dark one is the droplet's weight on the same scale, so
+//! Arrows end where an obstacle pushes and are as long as the force is strong; the dark one is the droplet's weight on the same scale, so
 //! at a clog the red ones add up to its opposite. The outline is as wide as the vertices, delta.
 
 use super::caption::Caption;
@@ -28,6 +28,9 @@ const WEAK: f64 = 0.01;
 
 /// Pieces into which a path is cut to fade.
 const PIECES: usize = 24;
+
+/// Size of the letters of a caption, in pixels.
+const SMALL: f64 = 13.0;
 
 /// Room round the scene, in pixels.
 const FRAME: f64 = 16.0;
@@ -120,22 +123,23 @@ impl Picture<'_> {
 
     /// Legend and caption below the scene, from `top` on, and their height.
     fn words(&self, shape: &ShapeRecord, width: f64, top: f64) -> (String, f64) {
-        let start_x = self.path.first().map_or_else(|| shape.centroid()[0], |[_, x, _]| *x);
+        let start_x = self.path.first().map(|[_, x, _]| *x);
         let caption = self.caption;
         let mut y = top + 14.0;
-        let mut out = text([FRAME, y], 18.0, "start", &format!("fill=\"{INK}\" font-weight=\"bold\""), &caption.title());
+        let mut out =
+            text([FRAME, y], 18.0, "start", &format!("fill=\"{INK}\" font-weight=\"bold\""), &caption.title());
         let details = [caption.reason().map(str::to_owned), Some(caption.parameters())];
         let mut lines: Vec<(String, &str)> = Vec::new();
-        // A letter is about 0.58 of its size wide.
-        let letters = |size: f64| (width / (0.58 * size)) as usize;
+        // A letter is about 0.55 of its size wide.
+        let letters = (width / (0.55 * SMALL)) as usize;
         for detail in details.into_iter().flatten() {
-            lines.extend(broken(&detail, letters(13.0)).into_iter().map(|line| (line, INK)));
+            lines.extend(broken(&detail, letters).into_iter().map(|line| (line, INK)));
         }
-        lines.extend(broken(&caption.instant(shape, start_x), letters(13.0)).into_iter().map(|line| (line, PALE_INK)));
+        lines.extend(broken(&caption.instant(shape, start_x), letters).into_iter().map(|line| (line, PALE_INK)));
         y += 6.0;
         for (line, colour) in lines {
             y += 20.0;
-            out += &text([FRAME, y], 13.0, "start", &format!("fill=\"{colour}\""), &line);
+            out += &text([FRAME, y], SMALL, "start", &format!("fill=\"{colour}\""), &line);
         }
         (out, y + 14.0 - top)
     }
@@ -153,11 +157,12 @@ fn forces(shape: &ShapeRecord, view: &View) -> String {
     out += &arrow(view.place(x, y), view.place(x + length, y), width, head, WEIGHT);
     out += &circle(view.place(x, y), 1.1 * width, &format!("fill=\"{WEIGHT}\""));
     for load in &shape.loads {
-        let (from, scale) = (view.place(load.x, load.y), length / MASS);
-        out += &circle(from, width, &format!("fill=\"{FORCE}\""));
+        let (to, scale) = (view.place(load.x, load.y), length / MASS);
         if strength(load.fx, load.fy) >= WEAK {
-            let to = view.place(load.x + scale * load.fx, load.y + scale * load.fy);
+            let from = view.place(load.x - scale * load.fx, load.y - scale * load.fy);
             out += &arrow(from, to, width, head, FORCE);
+        } else {
+            out += &circle(to, width, &format!("fill=\"{FORCE}\""));
         }
     }
     out + "</g>\n"

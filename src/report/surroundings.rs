@@ -54,5 +54,7 @@ fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String
     };
     let width = (0.006 * view.scale).clamp(0.2, 1.2);
     let drawn: String = discs.iter().map(draw).collect();
-    format!("<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n{drawn}</g>\n")
+    format!(
+        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n{drawn}</g>\n"
+    )
 }

@@ -14,7 +14,7 @@ const PATH_MARGIN: f64 = 1.0;
 const LEAST: [f64; 2] = [3.4, 3.2];
 
 /// Least and most width of a picture, and most height, in pixels.
-const PIXELS: [f64; 3] = [600.0, 1000.0, 2400.0];
+const PIXELS: [f64; 3] = [600.0, 1000.0, 1500.0];
 
 /// Largest scale, in pixels per sigma.
 const LARGEST_SCALE: f64 = 200.0;
@@ -60,9 +60,9 @@ impl View {
     /// The whole path, `[t, x, y]`, and the droplets.
     pub fn whole(path: &[[f64; 3]], shapes: &[ShapeRecord]) -> Self {
         let points = path.iter().map(|&[_, x, y]| [x, x, y, y]);
-        let all = points.chain(shapes.iter().map(bounds)).reduce(|[a, b, c, d], [x0, x1, y0, y1]| {
-            [a.min(x0), b.max(x1), c.min(y0), d.max(y1)]
-        });
+        let all = points
+            .chain(shapes.iter().map(bounds))
+            .reduce(|[a, b, c, d], [x0, x1, y0, y1]| [a.min(x0), b.max(x1), c.min(y0), d.max(y1)]);
         let [x0, x1, y0, y1] = all.unwrap_or([0.0; 4]);
         Self::on([x0 - PATH_MARGIN, x1 + PATH_MARGIN, y0 - PATH_MARGIN, y1 + PATH_MARGIN])
     }

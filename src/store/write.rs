@@ -242,7 +242,10 @@ fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
         return fail(FailureClass::Unstable, format!("{name} is {value}"));
     }
     if let Some(shape) = trajectory.shapes.iter().find(|shape| !shape.is_sound()) {
-        return fail(FailureClass::Unstable, format!("the shape at t = {} has a coordinate that is no number", shape.t));
+        return fail(
+            FailureClass::Unstable,
+            format!("the shape at t = {} has a coordinate that is no number", shape.t),
+        );
     }
     let samples = &trajectory.samples;
     let full = [&samples.t, &samples.r, &samples.h, &samples.y, &samples.v_g, &samples.ek_ratio];
