@@ -195,6 +195,7 @@ fn the_interval_of_a_mean_speed_holds_the_truth() {
                 r_end: 60.0,
                 t_end: 1.0,
                 v_g_mean: Some(speed(&mut draws)),
+                mechanism: None,
             };
             let average = speed_average(&point_runs(ring(1.0), (0..10).map(run).collect()));
             average.v_g_low.unwrap() <= truth && truth <= average.v_g_high.unwrap()

@@ -66,28 +66,37 @@ impl Caption<'_> {
         words.join(SEPARATOR)
     }
 
-    /// The job and the instant of the shape; the displacement from `start_x`, where that is known.
-    pub fn instant(&self, shape: &ShapeRecord, start_x: Option<f64>) -> String {
-        let support: f64 = shape.loads.iter().map(|load| (-load.fx).max(0.0)).sum();
-        let mut shares: Vec<f64> = shape.loads.iter().map(|load| (-load.fx).max(0.0) / support).collect();
-        shares.retain(|share| *share >= 0.005);
-        shares.sort_by(|a, b| b.total_cmp(a));
+    /// The job and the instant of the shape, with the displacement from `start_x` where that is known; and what holds the
+    /// droplet up. Always two lines, so that the frames of an animation are of one size.
+    pub fn instant(&self, shape: &ShapeRecord, start_x: Option<f64>) -> [String; 2] {
         let mut words = vec![
-            whole(&format!("job {}", self.job)),
-            whole(&format!("seed {}", self.seed)),
-            whole(&format!("t = {} t0", significant(shape.t, 6))),
+            format!("job {}", self.job),
+            format!("seed {}", self.seed),
+            format!("t = {} t0", significant(shape.t, 6)),
         ];
-        words.extend(start_x.map(|start_x| whole(&format!("r = {:.2} σ", shape.centroid()[0] - start_x))));
-        if !shares.is_empty() {
-            let shares: Vec<String> = shares.iter().map(|share| format!("{:.0}%", 100.0 * share)).collect();
-            words.push(whole(&format!("support {}", shares.join(" + "))));
-        }
-        words.join(SEPARATOR)
+        words.extend(start_x.map(|start_x| format!("r = {:.2} σ", shape.centroid()[0] - start_x)));
+        [words.join(SEPARATOR), support(shape)]
     }
 
     /// Why it failed, if it did.
     pub fn reason(&self) -> Option<&str> {
         self.story.error.as_deref()
+    }
+}
+
+/// How the obstacles share the force against gravity, the largest share first.
+fn support(shape: &ShapeRecord) -> String {
+    let supports = || shape.loads.iter().map(|load| (-load.fx).max(0.0));
+    let total: f64 = supports().sum();
+    let mut shares: Vec<f64> = supports().map(|support| support / total).filter(|share| *share >= 0.005).collect();
+    shares.sort_by(|a, b| b.total_cmp(a));
+    match shares.len() {
+        0 => "held by nothing".to_owned(),
+        1 => "held by one obstacle".to_owned(),
+        n => {
+            let shares: Vec<String> = shares.iter().map(|share| format!("{:.0}%", 100.0 * share)).collect();
+            format!("held by {n} obstacles: {}", shares.join(" + "))
+        }
     }
 }
 

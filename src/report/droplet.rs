@@ -135,7 +135,7 @@ impl Picture<'_> {
         for detail in details.into_iter().flatten() {
             lines.extend(broken(&detail, letters).into_iter().map(|line| (line, INK)));
         }
-        lines.extend(broken(&caption.instant(shape, start_x), letters).into_iter().map(|line| (line, PALE_INK)));
+        lines.extend(caption.instant(shape, start_x).map(|line| (line, PALE_INK)));
         y += 6.0;
         for (line, colour) in lines {
             y += 20.0;

@@ -1,6 +1,6 @@
 //! SVG to pixels: the same bytes on every machine, for the font comes with the program.
 
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 use std::sync::{Arc, OnceLock};
 
@@ -40,6 +40,8 @@ pub fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
     let size = tree.size();
     let [width, height] = [size.width(), size.height()].map(|side| (side * zoom).round() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or(RasterError::Size(width, height))?;
+    // White below the last row, too, which the picture may cover in part.
+    pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(zoom, zoom), &mut pixels.as_mut());
     Ok(pixels)
 }

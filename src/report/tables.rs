@@ -44,7 +44,7 @@ const SPEED_NOTE: &str = "\
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star, explained below with the number chance would give.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
-    tables("Decay lengths", points, &headers, |row| lambda_cells(row), lambda_notes)
+    tables("Decay lengths", points, &headers, lambda_cells, lambda_notes)
 }
 
 /// The tables of mean speeds.

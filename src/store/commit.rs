@@ -116,7 +116,7 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>) -
         }
         Err(failure) => {
             set_state.execute((key, "failed"))?;
-            save_shapes(conn, *key, failure.shape.as_deref().into_iter())?;
+            save_shapes(conn, *key, failure.shape.as_deref())?;
             let mut insert = conn.prepare_cached(
                 "INSERT OR REPLACE INTO outcomes (job, wall_s, error_class, error, error_step, provenance, finished)
                  VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
