@@ -1,5 +1,7 @@
 //! Pictures of droplets: well-formed, true to the store, the same every time, and errors that say what to do.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
+
 mod common;
 
 use common::{ask, expect};
@@ -7,6 +9,7 @@ use meniscus::job::{JobId, MASS, Scene};
 use meniscus::scene::obstacles::ObstacleArray;
 use meniscus::shape::LoadRecord;
 use meniscus::store;
+use meniscus::trajectory::Mechanism;
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -131,10 +134,10 @@ fn a_clog_is_told_by_its_mechanism_and_holds_the_weight() {
         let shapes = kept(&id);
         let shape = shapes.last().unwrap();
         let support: f64 = shape.loads.iter().map(|load| load.fx).sum();
-        assert!((support + meniscus::job::MASS).abs() < 1e-6, "{id}: {support}");
+        assert!((support + MASS).abs() < 1e-6, "{id}: {support}");
         let said =
             ask(folder(), "pictures.meniscus", &format!("select mechanism from clog_events where job_id = '{id}'"));
-        assert_eq!(said.lines().nth(1), meniscus::mechanism::of(shape).map(|mechanism| mechanism.name()));
+        assert_eq!(said.lines().nth(1), meniscus::mechanism::of(shape).map(Mechanism::name));
     }
 }
 
