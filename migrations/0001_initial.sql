@@ -105,6 +105,18 @@ CREATE TABLE clogs (
     mechanism TEXT
 );
 
+-- Shapes of droplets: the last of every run, failed ones too, and more where the campaign sets `shapes_every`.
+CREATE TABLE shape_rows (
+    job INTEGER NOT NULL REFERENCES jobs,
+    t REAL NOT NULL,
+    -- f64, little-endian: x of all vertices, counter-clockwise and unwrapped, then y of all; SP has one vertex
+    vertices BLOB NOT NULL,
+    -- JSON: [{"obstacle", "x", "y", "fx", "fy", "turn"}, ...], where a load acts, its force on the droplet, and the angle in
+    -- radians by which the surface turns along the contact
+    loads TEXT NOT NULL,
+    PRIMARY KEY (job, t)
+);
+
 -- The catalogue: a Parquet file exists for readers only once its row is here.
 CREATE TABLE sample_files (
     key INTEGER PRIMARY KEY,
@@ -181,12 +193,30 @@ FROM clogs
 JOIN jobs ON jobs.key = clogs.job
 WHERE +jobs.physics_version = (SELECT physics_version FROM current);
 
+CREATE VIEW shapes AS
+SELECT jobs.job_id, shape_rows.t, shape_rows.vertices, shape_rows.loads
+FROM shape_rows
+JOIN jobs ON jobs.key = shape_rows.job
+WHERE +jobs.physics_version = (SELECT physics_version FROM current);
+
+-- The shares are of the point's clogs whose mechanism is known.
 CREATE VIEW lambda_fits AS
+WITH shares AS (
+    SELECT
+        jobs.point, avg(clogs.mechanism = 'wrap') AS wrap_share, avg(clogs.mechanism = 'squeeze') AS squeeze_share,
+        avg(clogs.mechanism = 'hybrid') AS hybrid_share
+    FROM clogs
+    JOIN jobs ON jobs.key = clogs.job
+    WHERE +jobs.physics_version = (SELECT physics_version FROM current)
+    GROUP BY jobs.point
+)
 SELECT
     model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, n_vertices, dt,
-    runs, clogs, lambda, lambda_low, lambda_high, lambda_least_squares, p_exponential, runs_for_ten_percent
+    runs, clogs, lambda, lambda_low, lambda_high, lambda_least_squares, p_exponential, runs_for_ten_percent,
+    wrap_share, squeeze_share, hybrid_share
 FROM lambda_rows
-JOIN points ON points.key = lambda_rows.point;
+JOIN points ON points.key = lambda_rows.point
+LEFT JOIN shares ON shares.point = lambda_rows.point;
 
 CREATE VIEW speed_averages AS
 SELECT

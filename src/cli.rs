@@ -4,6 +4,7 @@ mod fit;
 mod plan;
 mod progress;
 mod query;
+mod render;
 mod run;
 mod status;
 
@@ -48,6 +49,8 @@ enum Command {
     Query(query::Arguments),
     /// Fit decay lengths and mean speeds to all finished runs
     Fit(fit::Arguments),
+    /// Draw a droplet among its obstacles: SVG, PNG, or GIF
+    Render(render::Arguments),
 }
 
 impl Cli {
@@ -59,6 +62,7 @@ impl Cli {
             Command::Status(arguments) => arguments.run(),
             Command::Query(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
+            Command::Render(arguments) => arguments.run(self.quiet),
         }
     }
 }

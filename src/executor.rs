@@ -189,5 +189,5 @@ impl Worker<'_> {
 fn panicked(panic: &(dyn std::any::Any + Send)) -> Failure {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     let reason = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned());
-    Failure { class: FailureClass::Panicked, reason, step: 0 }
+    Failure { class: FailureClass::Panicked, reason, step: 0, shape: None }
 }

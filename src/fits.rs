@@ -2,7 +2,7 @@
 //! analysis, which computes them.
 
 use crate::job::{Point, PointId};
-use crate::trajectory::Outcome;
+use crate::trajectory::{Mechanism, Outcome};
 
 /// The finished runs of one grid point.
 #[derive(Clone, Debug)]
@@ -28,6 +28,8 @@ pub struct FinishedRun {
     pub t_end: f64,
     /// Mean speed after the start-up, in V_t.
     pub v_g_mean: Option<f64>,
+    /// How it clogged, if it did.
+    pub mechanism: Option<Mechanism>,
 }
 
 /// Decay length of the survival probability `P(r) = exp(-r/lambda)` at one grid point ([C24] eq. 16).

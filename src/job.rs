@@ -37,6 +37,9 @@ pub struct Point {
     pub limits: Limits,
     /// Time between two recorded samples, in t0.
     pub sample_every: f64,
+    /// Time between two kept shapes, in t0; `None` keeps the last alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes_every: Option<f64>,
 }
 
 /// The two droplet models.
@@ -456,6 +459,7 @@ mod tests {
             stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
             limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
             sample_every: 10.0,
+            shapes_every: None,
         }
     }
 

@@ -12,6 +12,7 @@
 
 use crate::droplet::Observation;
 use crate::job::{MASS, Point};
+use crate::shape::ShapeRecord;
 use crate::trajectory::{Clog, Outcome, Samples, Trajectory};
 
 /// Share of the recorded time that counts as start-up.
@@ -26,6 +27,7 @@ pub struct Recorder {
     v_t: f64,
     start_x: f64,
     samples: Samples,
+    shapes: Vec<ShapeRecord>,
     shape_max: Option<f64>,
     area_error_max: Option<f64>,
     overlap_max: f64,
@@ -39,6 +41,7 @@ impl Recorder {
             v_t: point.v_t,
             start_x: begin.x,
             samples: Samples::default(),
+            shapes: Vec::new(),
             shape_max: None,
             area_error_max: None,
             overlap_max: 0.0,
@@ -82,6 +85,11 @@ impl Recorder {
         samples.area_error.extend(seen.area_error);
     }
 
+    /// Keeps a shape.
+    pub fn keep(&mut self, shape: ShapeRecord) {
+        self.shapes.push(shape);
+    }
+
     /// The trajectory, ended by `outcome` at time `t`.
     pub fn finish(self, outcome: Outcome, t: f64, steps: u64, seen: &Observation, clog: Option<Clog>) -> Trajectory {
         Trajectory {
@@ -98,6 +106,7 @@ impl Recorder {
             steps,
             clog,
             samples: self.samples,
+            shapes: self.shapes,
         }
     }
 }

@@ -1,5 +1,13 @@
-//! What people read: text for the terminal, made from fitted points. Functions return a `String`; nothing is printed.
+//! What people read and look at, made from fitted points and stored shapes: text, and pictures of droplets. Functions
+//! return text or bytes; nothing is printed.
 
+pub mod animation;
+pub mod caption;
+pub mod droplet;
 mod parameters;
+pub mod raster;
 mod rounding;
+pub mod surroundings;
+mod svg;
 pub mod tables;
+mod view;

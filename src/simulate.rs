@@ -10,9 +10,11 @@ use crate::effects::self_contact::SelfContact;
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::verlet::RingMotion;
 use crate::job::{Engulfed, Job, Model, Point, Scene};
+use crate::mechanism;
 use crate::observe::Recorder;
 use crate::scene::library::ArrayLibrary;
 use crate::scene::wall::Walls;
+use crate::shape::ShapeRecord;
 use crate::trajectory::{Clog, Failure, FailureClass, Outcome, Trajectory};
 use fearless_simd::Level;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,6 +44,8 @@ pub(crate) trait Motion {
     fn follow(&mut self);
     /// Reads off everything recorded.
     fn observe(&mut self) -> Observation;
+    /// The shape and its loads.
+    fn shape(&self, t: f64) -> ShapeRecord;
     /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
     /// Whether the droplet's outline crosses itself.
@@ -57,6 +61,9 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     }
     fn observe(&mut self) -> Observation {
         RingMotion::observe(self)
+    }
+    fn shape(&self, t: f64) -> ShapeRecord {
+        RingMotion::shape(self, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         RingMotion::engulfed(self)
@@ -75,6 +82,9 @@ impl<W: Walls> Motion for SoftMotion<W> {
     }
     fn observe(&mut self) -> Observation {
         SoftMotion::observe(self)
+    }
+    fn shape(&self, t: f64) -> ShapeRecord {
+        SoftMotion::shape(self, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
@@ -98,6 +108,7 @@ pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, F
 struct Timetable {
     check: u64,
     checks_per_sample: u64,
+    checks_per_shape: Option<u64>,
     end: u64,
 }
 
@@ -107,7 +118,9 @@ impl Timetable {
         let checks_per_sample = (point.sample_every / CHECK_EVERY).ceil().max(1.0);
         let check = (point.sample_every / checks_per_sample / dt).round().max(1.0) as u64;
         let end = (point.limits.t_max / dt - 1e-6).ceil().max(1.0) as u64;
-        Self { check, checks_per_sample: checks_per_sample as u64, end }
+        let in_checks = |time: f64| (time / (check as f64 * dt)).round().max(1.0) as u64;
+        let checks_per_shape = point.shapes_every.map(in_checks);
+        Self { check, checks_per_sample: checks_per_sample as u64, checks_per_shape, end }
     }
 }
 
@@ -117,6 +130,10 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
     let dt = point.stepping.dt;
     let begin = motion.observe();
     let mut recorder = Recorder::new(point, begin);
+    let mut shape = motion.shape(0.0);
+    if point.shapes_every.is_some() {
+        recorder.keep(shape.clone());
+    }
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
     let fail_engulfed = !matches!(&point.model, Model::Deformable(ring) if ring.engulfed == Engulfed::Record);
@@ -140,20 +157,22 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
         checks += 1;
         let t = step as f64 * dt;
         let seen = motion.observe();
-        let fail = |class, reason| Failure { class, reason, step };
+        let fail = |class, reason, shape| Failure { class, reason, step, shape: Some(Box::new(shape)) };
         let energy = seen.kinetic + seen.potential;
         let rise = energy - lowest_energy;
         if !(rise < ENERGY_RISE_LIMIT) {
             let reason = format!("the total energy rose by {rise:.3e} at t = {t}; lower dt");
-            return Err(fail(FailureClass::Unstable, reason));
+            // Nothing sound is left of the droplet, so the shape of the check before is kept.
+            return Err(fail(FailureClass::Unstable, reason, shape));
         }
+        shape = motion.shape(t);
         if let Some([x, y]) = motion.engulfed().filter(|_| fail_engulfed) {
             let reason = format!("the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w");
-            return Err(fail(FailureClass::Engulfed, reason));
+            return Err(fail(FailureClass::Engulfed, reason, shape));
         }
         if motion.crosses() {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
-            return Err(fail(FailureClass::Crossed, reason));
+            return Err(fail(FailureClass::Crossed, reason, shape));
         }
         lowest_energy = lowest_energy.min(energy);
         recorder.watch(&seen, rise);
@@ -176,6 +195,9 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
         if outcome.is_some() || checks % timetable.checks_per_sample == 0 {
             recorder.record(t, &seen);
         }
+        if outcome.is_some() || timetable.checks_per_shape.is_some_and(|every| checks % every == 0) {
+            recorder.keep(shape.clone());
+        }
         if let Some(outcome) = outcome {
             let clog = (outcome == Outcome::Clogged).then(|| Clog {
                 t,
@@ -185,7 +207,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
                 ek_ratio,
                 shape: seen.shape,
                 contacts: seen.contacts,
-                mechanism: None,
+                mechanism: mechanism::of(&shape),
             });
             return Ok(Some(recorder.finish(outcome, t, step, &seen, clog)));
         }
@@ -212,14 +234,16 @@ mod tests {
             stepping: Stepping { integrator: Integrator::Verlet, dt },
             limits: Limits { t_max: 25.0, distance: None, ek_threshold: 1e-17 },
             sample_every,
+            shapes_every: None,
         }
     }
 
     #[test]
     fn checks_come_at_least_every_t0_and_divide_the_sampling_interval() {
         let timetable = Timetable::of(&point(10.0, 1e-3));
-        assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, end: 25_000 });
-        assert_eq!(Timetable::of(&point(0.25, 1e-3)), Timetable { check: 250, checks_per_sample: 1, end: 25_000 });
+        assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, checks_per_shape: None, end: 25_000 });
+        let shapes = Timetable::of(&Point { shapes_every: Some(3.0), ..point(0.25, 1e-3) });
+        assert_eq!(shapes, Timetable { check: 250, checks_per_sample: 1, checks_per_shape: Some(12), end: 25_000 });
         let odd = Timetable::of(&point(2.5, 3e-4));
         assert!((odd.check as f64 * odd.checks_per_sample as f64 * 3e-4 - 2.5).abs() < 3e-3);
     }

@@ -3,13 +3,13 @@
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
-use crate::effects::contact::{Contact, OnEdges};
+use crate::effects::contact::Contact;
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::effects::perimeter::Perimeter;
 use crate::effects::tension::Tension;
 use crate::integrator::verlet::{RingEffects, RingMotion};
-use crate::job::{MASS, regular_edge};
+use crate::job::{ContactKind, MASS, regular_edge};
 use crate::plan::Speed;
 use crate::scene::obstacles::ObstacleArray;
 use fearless_simd::Level;
@@ -27,7 +27,7 @@ pub fn measure(level: Level) -> Speed {
         gravity: Gravity::new(n),
         drag: FarDrag { rate: 33.0 },
         eps_squared: 0.01 * rest * rest,
-        walls: Box::new(Contact::<_, OnEdges>::new(discs.clone(), n, 1e4 / n as f64, rest, level)),
+        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, 1e4 / n as f64, rest, level)),
         others: Vec::new(),
     };
     let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));

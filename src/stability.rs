@@ -101,6 +101,7 @@ mod tests {
             stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
             limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-17 },
             sample_every: 1.0,
+            shapes_every: None,
         }
     }
 

@@ -31,6 +31,7 @@ mod read;
 mod register;
 mod samples;
 mod samples_table;
+mod shapes;
 mod status;
 mod write;
 
@@ -41,6 +42,7 @@ pub use lock::Holder;
 pub use query::{QueryError, query};
 pub use read::{StoredJob, job, job_states, open_reading};
 pub use register::{CampaignRecord, PlannedPoint, Provenance, Registered};
+pub use shapes::{JobStory, find_jobs, job_path, job_story, shapes};
 pub use status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
 pub use write::{Message, OutcomeSender, Writer, WriterOptions, WriterStopped};
 
@@ -125,6 +127,8 @@ impl Store {
                      AND job IN (SELECT key FROM jobs WHERE state = 'pending')",
                 [],
             )?;
+            transaction
+                .execute("DELETE FROM shape_rows WHERE job IN (SELECT key FROM jobs WHERE state = 'pending')", [])?;
             transaction.commit()?;
             Ok(reset)
         };

@@ -4,14 +4,14 @@ use fearless_simd::Level;
 use meniscus::droplet::deformable::Ring;
 use meniscus::effects::EdgeForce;
 use meniscus::effects::area::Area;
-use meniscus::effects::contact::{Contact, ContactForm, OnEdges, OnVertices};
+use meniscus::effects::contact::Contact;
 use meniscus::effects::far_drag::FarDrag;
 use meniscus::effects::gravity::Gravity;
 use meniscus::effects::hydrostatic::Hydrostatic;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::tension::{LinearTension, Tension};
 use meniscus::integrator::verlet::{RingEffects, RingMotion};
-use meniscus::job::{MASS, regular_edge};
+use meniscus::job::{ContactKind, MASS, regular_edge};
 use meniscus::scene::channel::ChannelWalls;
 use meniscus::scene::obstacles::ObstacleArray;
 use meniscus::scene::plate::Plate;
@@ -42,7 +42,7 @@ fn among<E: EdgeForce>(
     e_w: f64,
 ) -> RingEffects<E, FarDrag> {
     let eps = 0.1 * regular_edge(N);
-    let walls = Box::new(Contact::<_, OnEdges>::new(discs, N, e_w / N as f64, 0.0123, level));
+    let walls = Box::new(Contact::new(discs, ContactKind::Edge, N, e_w / N as f64, 0.0123, level));
     RingEffects { edge, area, gravity, drag: FarDrag { rate }, eps_squared: eps * eps, walls, others: Vec::new() }
 }
 
@@ -234,16 +234,16 @@ fn hydrostatic_gravity_is_minus_the_gradient_of_its_energy_and_carries_the_whole
 
 #[test]
 fn contact_with_wedges_and_plates_is_minus_the_gradient_of_its_energy() {
-    fn touching<W: Walls, F: ContactForm>(walls: W, centre: [f64; 2]) {
-        let walls = Contact::<W, F>::new(Arc::new(walls), N, 100.0, 0.0123, Level::new());
+    fn touching<W: Walls>(walls: W, kind: ContactKind, centre: [f64; 2]) {
+        let walls = Contact::new(Arc::new(walls), kind, N, 100.0, 0.0123, Level::new());
         let effects = RingEffects { walls: Box::new(walls), ..alone((), NO_AREA, Gravity::off(), 0.0) };
         let mut ring = bent();
         ring.x.iter_mut().for_each(|x| *x += centre[0] - 10.0);
         ring.y.iter_mut().for_each(|y| *y += centre[1] - 10.0);
         check_gradient_of(ring, effects);
     }
-    touching::<_, OnEdges>(ChannelWalls::new(0.7, 45.0, 0.0), [-0.15, 0.02]);
-    touching::<_, OnEdges>(ChannelWalls::new(0.7, 60.0, 0.1), [-0.1, 0.05]);
-    touching::<_, OnVertices>(ChannelWalls::new(0.7, 45.0, 0.05), [-0.15, 0.02]);
-    touching::<_, OnEdges>(Plate, [-0.45, 0.0]);
+    touching(ChannelWalls::new(0.7, 45.0, 0.0), ContactKind::Edge, [-0.15, 0.02]);
+    touching(ChannelWalls::new(0.7, 60.0, 0.1), ContactKind::Edge, [-0.1, 0.05]);
+    touching(ChannelWalls::new(0.7, 45.0, 0.05), ContactKind::Vertex, [-0.15, 0.02]);
+    touching(Plate, ContactKind::Edge, [-0.45, 0.0]);
 }

@@ -57,6 +57,7 @@ impl Draft {
                 ek_threshold: self.number(Id::EkThreshold),
             },
             sample_every: self.number(Id::SampleEvery),
+            shapes_every: self.maybe(Id::ShapesEvery),
         };
         let limit = StabilityLimit::of(&point);
         point.stepping.dt = self.maybe(Id::Dt).unwrap_or_else(|| limit.auto_dt());

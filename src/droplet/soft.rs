@@ -9,6 +9,7 @@ use super::Observation;
 use crate::droplet::deformable::ORIGIN_STEP;
 use crate::job::MASS;
 use crate::scene::wall::{Shape, Walls};
+use crate::shape::{LoadRecord, ShapeRecord};
 use std::sync::Arc;
 
 /// How far the point may move before its list of near walls is made again, in sigma.
@@ -168,6 +169,22 @@ impl<W: Walls> SoftMotion<W> {
             }
             self.list_near();
         }
+    }
+
+    /// The point at time `t`, and the loads on it; each acts where the normal meets the surface of its wall.
+    pub fn shape(&self, t: f64) -> ShapeRecord {
+        let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
+        let mut loads = Vec::new();
+        for shape in &self.near {
+            let [x, y] = self.position;
+            if let Some((overlap, [nx, ny])) = shape.touch_point(x, y, self.reach()) {
+                let (push, to_surface) = (4.0 * self.effects.stiffness * overlap, 0.5 - overlap);
+                let at = [world[0] - to_surface * nx, world[1] - to_surface * ny];
+                let (fx, fy) = (push * nx, push * ny);
+                loads.push(LoadRecord { obstacle: shape.id(), x: at[0], y: at[1], fx, fy, turn: 0.0 });
+            }
+        }
+        ShapeRecord { t, x: vec![world[0]], y: vec![world[1]], loads }
     }
 
     /// Everything that is recorded, at the present position.

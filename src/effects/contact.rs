@@ -10,45 +10,23 @@
 
 use super::RingForce;
 use crate::droplet::deformable::Ring;
+use crate::job::ContactKind;
 use crate::on_level;
 use crate::scene::wall::{Edges, Shape, Touch, Walls};
 use crate::vector::{LANES, load, padded, store};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 /// How far a vertex may move before the list is made again, in sigma.
 const SKIN: f64 = 0.02;
 
-/// What of the ring touches the walls.
-pub trait ContactForm: Send + Sync + std::fmt::Debug + 'static {
-    /// Its eight edges from edge `i` on; an edge of no length stands for its first vertex.
-    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S>;
-}
-
-/// The edges touch: the ring is a closed chain of capsules.
-#[derive(Clone, Copy, Debug)]
-pub struct OnEdges;
-
-impl ContactForm for OnEdges {
-    #[inline(always)]
-    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S> {
-        // Made here, for the ring's own edge vectors are those of the step before while the list is made.
-        let (x, y) = (load(simd, &ring.x, i), load(simd, &ring.y, i));
-        Edges { x, y, ex: load(simd, &ring.x, i + 1) - x, ey: load(simd, &ring.y, i + 1) - y }
-    }
-}
-
-/// The vertices touch: the ring is a necklace of discs, the literal form of [C24] eq. 3.
-#[derive(Clone, Copy, Debug)]
-pub struct OnVertices;
-
-impl ContactForm for OnVertices {
-    #[inline(always)]
-    fn edges<S: Simd>(simd: S, ring: &Ring, i: usize) -> Edges<S> {
-        let zero = f64x8::splat(simd, 0.0);
-        Edges { x: load(simd, &ring.x, i), y: load(simd, &ring.y, i), ex: zero, ey: zero }
-    }
+/// The eight edges from edge `i` on, their vectors times `share`: 1 where edges touch, 0 where vertices alone do, for an edge
+/// of no length stands for its first vertex.
+#[inline(always)]
+fn edges_at<S: Simd>(simd: S, ring: &Ring, i: usize, share: f64) -> Edges<S> {
+    // Made here, for the ring's own edge vectors are those of the step before while the list is made.
+    let (x, y) = (load(simd, &ring.x, i), load(simd, &ring.y, i));
+    Edges { x, y, ex: (load(simd, &ring.x, i + 1) - x) * share, ey: (load(simd, &ring.y, i + 1) - y) * share }
 }
 
 /// Edges of the ring that a shape may touch before the list is made again.
@@ -96,7 +74,7 @@ pub trait WallContact: RingForce {
 
 /// The contact effect and its neighbour list.
 #[derive(Clone, Debug)]
-pub struct Contact<W: Walls, F: ContactForm> {
+pub struct Contact<W: Walls> {
     walls: Arc<W>,
     level: Level,
     /// k_w of each edge, zero in the padding.
@@ -107,17 +85,22 @@ pub struct Contact<W: Walls, F: ContactForm> {
     /// Distance that the fastest vertex may still go.
     slack: f64,
     list_origin: [f64; 2],
-    form: PhantomData<F>,
+    /// 1 where edges touch, 0 where vertices do.
+    share: f64,
 }
 
-impl<W: Walls, F: ContactForm> Contact<W, F> {
+impl<W: Walls> Contact<W> {
     /// Contact of a ring of `n_vertices`, each edge of stiffness `k_w`, with `walls`.
-    pub fn new(walls: Arc<W>, n_vertices: usize, k_w: f64, delta: f64, level: Level) -> Self {
+    pub fn new(walls: Arc<W>, kind: ContactKind, n_vertices: usize, k_w: f64, delta: f64, level: Level) -> Self {
         let mut stiffness = vec![0.0; padded(n_vertices)];
         stiffness[..n_vertices].fill(k_w);
         let reach = walls.surface() + 0.5 * delta;
+        let share = match kind {
+            ContactKind::Edge => 1.0,
+            ContactKind::Vertex => 0.0,
+        };
         let (stretches, slack, list_origin) = (Vec::new(), f64::NEG_INFINITY, [f64::NAN; 2]);
-        Self { walls, level, stiffness, reach, stretches, slack, list_origin, form: PhantomData }
+        Self { walls, level, stiffness, reach, stretches, slack, list_origin, share }
     }
 
     /// Makes the list of stretches that any shape could touch while no vertex moves further than the skin.
@@ -135,12 +118,12 @@ impl<W: Walls, F: ContactForm> Contact<W, F> {
         let mut near: Vec<W::Shape> = Vec::new();
         self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));
         near.sort_by_key(Shape::id);
-        let (stretches, blocks) = (&mut self.stretches, self.stiffness.len());
+        let (stretches, blocks, share) = (&mut self.stretches, self.stiffness.len(), self.share);
         on_level!(self.level, simd => {
             for &shape in &near {
                 let mut open = false;
                 for start in (0..blocks).step_by(LANES) {
-                    let distance = shape.distance(simd, F::edges(simd, ring, start));
+                    let distance = shape.distance(simd, edges_at(simd, ring, start, share));
                     let close = distance.simd_lt(f64x8::splat(simd, far)).any_true();
                     match (close, open) {
                         (true, false) => stretches.push(Stretch { shape, start, end: start + LANES }),
@@ -159,7 +142,7 @@ impl<W: Walls, F: ContactForm> Contact<W, F> {
             let mut i = stretch.start;
             while i < stretch.end {
                 if let Some(Touch { q, overlap, nx, ny }) =
-                    stretch.shape.touch(simd, F::edges(simd, ring, i), self.reach)
+                    stretch.shape.touch(simd, edges_at(simd, ring, i, self.share), self.reach)
                 {
                     let push = load(simd, &self.stiffness, i) * overlap;
                     let (fx, fy) = (push * nx, push * ny);
@@ -185,7 +168,7 @@ pub fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: 
     store(y1, &mut ring.force_y, i + 1);
 }
 
-impl<W: Walls, F: ContactForm> RingForce for Contact<W, F> {
+impl<W: Walls> RingForce for Contact<W> {
     #[inline]
     fn moved(&mut self, distance: f64, ring: &Ring) {
         self.slack -= distance;
@@ -208,14 +191,14 @@ impl<W: Walls, F: ContactForm> RingForce for Contact<W, F> {
     }
 }
 
-impl<W: Walls, F: ContactForm> WallContact for Contact<W, F> {
+impl<W: Walls> WallContact for Contact<W> {
     fn state(&self, ring: &Ring) -> ContactState {
         let simd = Fallback::new();
         let mut state = ContactState::default();
         for stretch in &self.stretches {
             let id = stretch.shape.id();
             for start in (stretch.start..stretch.end).step_by(LANES) {
-                let edges = F::edges(simd, ring, start);
+                let edges = edges_at(simd, ring, start, self.share);
                 let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
                 for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
                     let overlap = touch.overlap.as_slice()[lane];
@@ -284,8 +267,8 @@ mod tests {
         Arc::new(ObstacleArray::from_centres(20.0, 0.15, x, y))
     }
 
-    fn contact(discs: &Arc<ObstacleArray>, n: usize) -> Contact<ObstacleArray, OnEdges> {
-        Contact::new(discs.clone(), n, 100.0, 0.0123, Level::new())
+    fn contact(discs: &Arc<ObstacleArray>, n: usize) -> Contact<ObstacleArray> {
+        Contact::new(discs.clone(), ContactKind::Edge, n, 100.0, 0.0123, Level::new())
     }
 
     #[test]

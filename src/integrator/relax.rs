@@ -106,7 +106,7 @@ pub fn place_ring<E: EdgeForce>(
     let seen = motion.observe();
     if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|e| !(e.abs() < 0.1)) {
         let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
-        return Err(Failure { class: FailureClass::Unstable, reason, step: 0 });
+        return Err(Failure { class: FailureClass::Unstable, reason, step: 0, shape: None });
     }
     let mut ring = motion.ring;
     ring.ux.fill(0.0);
@@ -154,13 +154,14 @@ fn no_room(clearance: f64) -> Failure {
              lower density or raise w_ob"
         ),
         step: 0,
+        shape: None,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::contact::{Contact, OnEdges};
+    use crate::effects::contact::Contact;
     use crate::effects::tension::Tension;
     use crate::job::{Density, ObstacleField};
     use crate::scene::obstacles::ObstacleArray;
@@ -172,8 +173,9 @@ mod tests {
         for seed in 0..4 {
             let discs = Arc::new(ObstacleArray::generate(&field, seed).unwrap());
             let contact = || {
-                Box::new(Contact::<_, OnEdges>::new(
+                Box::new(Contact::new(
                     discs.clone(),
+                    ring.contact,
                     ring.n_vertices,
                     ring.k_w(),
                     ring.delta,

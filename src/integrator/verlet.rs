@@ -20,10 +20,11 @@
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::effects::area::Area;
-use crate::effects::contact::WallContact;
+use crate::effects::contact::{Load, WallContact};
 use crate::effects::gravity::Gravity;
 use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::on_level;
+use crate::shape::{LoadRecord, ShapeRecord};
 use crate::vector::{LANES, inverse_sqrt, load, max_lanes, store, sum_lanes};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
 use std::f64::consts::PI;
@@ -191,6 +192,21 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
             overlap: contact.overlap,
             contacts: contact.loads.len() as u32,
         }
+    }
+
+    /// The shape at time `t`, and the loads on it.
+    pub fn shape(&self, t: f64) -> ShapeRecord {
+        let [x0, y0] = self.ring.origin;
+        let (x, y) = self.ring.world_vertices().map(|[x, y]| (x, y)).unzip();
+        let world = |load: &Load| LoadRecord {
+            obstacle: load.id,
+            x: load.at[0] + x0,
+            y: load.at[1] + y0,
+            fx: load.force[0],
+            fy: load.force[1],
+            turn: load.turn,
+        };
+        ShapeRecord { t, x, y, loads: self.effects.walls.state(&self.ring).loads.iter().map(world).collect() }
     }
 
     /// World position of a shape inside the ring, if there is one.

@@ -87,7 +87,7 @@ fn texts(column: &[Value]) -> Vec<String> {
 
 /// All parameters of a point, in the order in which they are read. A field added to a point must be named here.
 fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
-    let Point { model, scene, v_t, b0, alpha, stepping, limits, sample_every } = point;
+    let Point { model, scene, v_t, b0, alpha, stepping, limits, sample_every, shapes_every } = point;
     let Stepping { integrator, dt } = stepping;
     let Limits { t_max, distance, ek_threshold } = limits;
     let mut list = match model {
@@ -152,6 +152,7 @@ fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
         ("distance", distance.map_or(Value::Name("none"), Value::Number)),
         ("ek_threshold", Value::Number(*ek_threshold)),
         ("sample_every", Value::Number(*sample_every)),
+        ("shapes_every", shapes_every.map_or(Value::Name("none"), Value::Number)),
     ]);
     list
 }

@@ -8,6 +8,7 @@ use super::rounding::{lower_bound, significant, to_precision, with_interval};
 use crate::analysis::FittedPoint;
 use crate::fits::{LambdaFit, SpeedAverage};
 use crate::job::{Point, Scene};
+use crate::trajectory::Mechanism;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 /// Below this probability a row is marked.
@@ -29,6 +30,7 @@ lambda     decay length of the survival probability P(r) = exp(-r/lambda), in si
 > a        nothing clogged; were lambda smaller, the chance of that would be below 5%
 least sq.  the paper's estimate, exp(-r/lambda) fitted to P(r)
 p_exp      chance of clogs as unevenly spread as these, were P(r) exponential; from 5 clogs on
+w/s/h      how the clogs hold: wrap, squeeze, hybrid, in percent
 for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs
 ";
 
@@ -41,8 +43,8 @@ const SPEED_NOTE: &str = "\
 ///
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star, explained below with the number chance would give.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
-    let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "for ±10%"];
-    tables("Decay lengths", points, &headers, |row| lambda_cells(&row.lambda), lambda_notes)
+    let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
+    tables("Decay lengths", points, &headers, lambda_cells, lambda_notes)
 }
 
 /// The tables of mean speeds.
@@ -51,7 +53,8 @@ pub fn mean_speeds(points: &[FittedPoint]) -> String {
     tables("Mean speeds", points, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
 }
 
-fn lambda_cells(fit: &LambdaFit) -> Vec<String> {
+fn lambda_cells(row: &FittedPoint) -> Vec<String> {
+    let fit: &LambdaFit = &row.lambda;
     let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_owned());
     let (lambda, least_squares) = match (fit.lambda, fit.lambda_low, fit.lambda_high) {
         (Some(lambda), Some(low), Some(high)) => {
@@ -73,8 +76,20 @@ fn lambda_cells(fit: &LambdaFit) -> Vec<String> {
         or_nothing(lambda),
         or_nothing(least_squares),
         or_nothing(fit.p_exponential.map(p_text)),
+        or_nothing(shares(row)),
         or_nothing(fit.runs_for_ten_percent.map(|runs| runs.to_string())),
     ]
+}
+
+/// `10/85/5`: percentages of the clogs that hold by wrap, squeeze and hybrid, of those where that is known.
+fn shares(row: &FittedPoint) -> Option<String> {
+    let known: Vec<Mechanism> = row.point.runs.iter().filter_map(|run| run.mechanism).collect();
+    let percent = |wanted| {
+        let clogs = known.iter().filter(|&&mechanism| mechanism == wanted).count();
+        format!("{:.0}", 100.0 * clogs as f64 / known.len() as f64)
+    };
+    let all = [Mechanism::Wrap, Mechanism::Squeeze, Mechanism::Hybrid];
+    (!known.is_empty()).then(|| all.map(percent).join("/"))
 }
 
 fn lambda_notes(rows: &[&FittedPoint]) -> String {

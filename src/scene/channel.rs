@@ -106,7 +106,7 @@ impl Wedge {
         let mut best_q = zero;
         let mut best = self.place(simd, rx, ry);
         best.distance += 0.25 * level;
-        for q in [one, on_faces[0], on_faces[1], at_tip, clamp(to_tip), to_axis] {
+        for q in [one, on_faces[0], on_faces[1], at_tip, to_axis] {
             let place = self.place(simd, rx + q * ex, ry + q * ey);
             let distance = place.distance + level * (q - 0.5) * (q - 0.5);
             let nearer = distance.simd_lt(best.distance);

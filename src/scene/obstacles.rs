@@ -127,6 +127,7 @@ impl ObstacleArray {
                     field.sigma_ob
                 ),
                 step: 0,
+                shape: None,
             });
         }
         Ok(Self::from_centres(field.box_size, 0.5 * field.sigma_ob, &packing.x, &packing.y))

@@ -4,7 +4,7 @@ use super::Motion;
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
-use crate::effects::contact::{Contact, OnEdges, OnVertices, WallContact};
+use crate::effects::contact::{Contact, WallContact};
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::effects::hydrostatic::Hydrostatic;
@@ -15,7 +15,7 @@ use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::integrator::relax::{self, Place};
 use crate::integrator::verlet::{RingEffects, RingMotion};
-use crate::job::{self, ContactKind, Deformable, GravityForm, Job, MASS, Model, Point, Scene, regular_edge};
+use crate::job::{self, Deformable, GravityForm, Job, MASS, Model, Point, Scene, regular_edge};
 use crate::scene::channel::ChannelWalls;
 use crate::scene::library::ArrayLibrary;
 use crate::scene::plate::Plate;
@@ -132,11 +132,8 @@ impl<W: Walls> Start<'_, W> {
     }
 
     fn contact(&self, ring: &Deformable) -> Box<dyn WallContact> {
-        let (walls, n, k_w) = (self.walls.clone(), ring.n_vertices, ring.k_w());
-        match ring.contact {
-            ContactKind::Edge => Box::new(Contact::<_, OnEdges>::new(walls, n, k_w, ring.delta, self.level)),
-            ContactKind::Vertex => Box::new(Contact::<_, OnVertices>::new(walls, n, k_w, ring.delta, self.level)),
-        }
+        let (n, k_w) = (ring.n_vertices, ring.k_w());
+        Box::new(Contact::new(self.walls.clone(), ring.contact, n, k_w, ring.delta, self.level))
     }
 
     fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {

@@ -4,6 +4,7 @@
 //! is harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
 use super::samples::{self, SCHEMA_VERSION, SampleFile};
+use super::shapes::save_shapes;
 use super::{Store, StoreError, database};
 use crate::job::JobId;
 use crate::trajectory::{Clog, Failure, Samples, Trajectory};
@@ -110,10 +111,12 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>) -
         Ok(run_result) => {
             set_state.execute((key, "done"))?;
             save_trajectory(conn, *key, run_result, *wall_s, *at, run)?;
+            save_shapes(conn, *key, &run_result.shapes)?;
             run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))
         }
         Err(failure) => {
             set_state.execute((key, "failed"))?;
+            save_shapes(conn, *key, failure.shape.as_deref())?;
             let mut insert = conn.prepare_cached(
                 "INSERT OR REPLACE INTO outcomes (job, wall_s, error_class, error, error_step, provenance, finished)
                  VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",

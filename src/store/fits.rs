@@ -5,7 +5,7 @@ use super::read::{corrupt, parse_point};
 use super::{Store, StoreError, database};
 use crate::fits::{FinishedRun, LambdaFit, PointRuns, SpeedAverage};
 use crate::job::PointId;
-use crate::trajectory::Outcome;
+use crate::trajectory::{Mechanism, Outcome};
 use rusqlite::{Connection, Transaction, params};
 use std::path::Path;
 
@@ -40,7 +40,8 @@ fn all_points(conn: &Connection) -> rusqlite::Result<Vec<(i64, String, String)>>
 
 fn runs_of(conn: &Connection, point: i64) -> rusqlite::Result<Vec<FinishedRun>> {
     let mut statement = conn.prepare_cached(
-        "SELECT seed, outcome, r_end, t_end, v_g_mean FROM jobs JOIN outcomes ON outcomes.job = jobs.key
+        "SELECT seed, outcome, r_end, t_end, v_g_mean, mechanism FROM jobs JOIN outcomes ON outcomes.job = jobs.key
+         LEFT JOIN clogs ON clogs.job = jobs.key
          WHERE point = ?1 AND state = 'done' AND physics_version = (SELECT physics_version FROM current)
          ORDER BY seed",
     )?;
@@ -54,6 +55,7 @@ fn runs_of(conn: &Connection, point: i64) -> rusqlite::Result<Vec<FinishedRun>> 
             r_end: row.get(2)?,
             t_end: row.get(3)?,
             v_g_mean: row.get(4)?,
+            mechanism: row.get_ref(5)?.as_str_or_null()?.and_then(Mechanism::from_name),
         })
     });
     runs?.collect()

@@ -181,7 +181,7 @@ impl Pending {
             Message::Started(job) => self.batch.started.push(job),
             Message::Finished { job, result, wall_s } => {
                 let result = result.and_then(storable);
-                self.samples += result.as_ref().map_or(0, |trajectory| trajectory.samples.len());
+                self.samples += result.as_ref().map_or(0, rows);
                 self.batch.finished.push(FinishedJob { job, result, wall_s, at: unix_now() });
             }
         }
@@ -212,10 +212,17 @@ fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -
     }
 }
 
+/// How many samples a trajectory weighs as: four vertices of a kept shape fill a row.
+fn rows(trajectory: &Trajectory) -> usize {
+    let vertices: usize = trajectory.shapes.iter().map(|shape| shape.x.len()).sum();
+    trajectory.samples.len() + vertices / 4
+}
+
 /// A trajectory with a number that SQL cannot keep, or a ragged table, is a failed run: it must not block the others.
 fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     let step = trajectory.steps;
-    let fail = |class, reason: String| Err(Failure { class, reason, step });
+    let last_shape = trajectory.shapes.iter().rfind(|shape| shape.is_sound());
+    let fail = |class, reason: String| Err(Failure { class, reason, step, shape: last_shape.cloned().map(Box::new) });
     let numbers = [
         ("r_end", trajectory.r_end),
         ("t_end", trajectory.t_end),
@@ -233,6 +240,12 @@ fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     });
     if let Some((name, value)) = numbers.into_iter().chain(clog).find(|(_, value)| !value.is_finite()) {
         return fail(FailureClass::Unstable, format!("{name} is {value}"));
+    }
+    if let Some(shape) = trajectory.shapes.iter().find(|shape| !shape.is_sound()) {
+        return fail(
+            FailureClass::Unstable,
+            format!("the shape at t = {} has a coordinate that is no number", shape.t),
+        );
     }
     let samples = &trajectory.samples;
     let full = [&samples.t, &samples.r, &samples.h, &samples.y, &samples.v_g, &samples.ek_ratio];

@@ -3,6 +3,7 @@
 use meniscus::job::{
     Deformable, Density, Integrator, JobId, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping,
 };
+use meniscus::shape::{LoadRecord, ShapeRecord};
 use meniscus::store::{CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions};
 use meniscus::trajectory::{Clog, Failure, FailureClass, Mechanism, Outcome, Samples, Trajectory};
 use rusqlite::Connection;
@@ -26,6 +27,7 @@ pub fn soft(e_w: f64) -> Point {
         stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
         limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
         sample_every: 10.0,
+        shapes_every: None,
     }
 }
 
@@ -79,12 +81,26 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
             mechanism: is_ring.then_some(Mechanism::Wrap),
         }),
         samples,
+        shapes: vec![shape(0.0, seed, is_ring), shape(1000.0, seed, is_ring)],
     }
+}
+
+/// A shape whose numbers depend on the seed.
+pub fn shape(t: f64, seed: u64, is_ring: bool) -> ShapeRecord {
+    let number = seed as f64 / 3.0;
+    let column = |from: f64| (0..if is_ring { 5 } else { 1 }).map(|i| from + number + 0.1 * f64::from(i)).collect();
+    let load = LoadRecord { obstacle: 3, x: number, y: -1.0 / 7.0, fx: -0.1 - number, fy: 1e-300, turn: 0.3 };
+    ShapeRecord { t, x: column(250.0), y: column(-7.0), loads: vec![load; 2] }
 }
 
 /// A failure of the class `class`.
 pub fn failure(class: FailureClass) -> Failure {
-    Failure { class, reason: format!("made to be {}", class.name()), step: 17 }
+    Failure {
+        class,
+        reason: format!("made to be {}", class.name()),
+        step: 17,
+        shape: Some(Box::new(shape(17.0, 0, true))),
+    }
 }
 
 /// The message that the run `seed` of `point` ended with `rows` samples.

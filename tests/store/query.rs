@@ -22,7 +22,9 @@ fn the_views_have_the_columns_of_the_contract() {
     assert_eq!(columns(dir.path(), "samples"), "job_id,t,r,h,y,v_g,ek_ratio,shape,area_error");
     let point = "model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,n_vertices,dt";
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";
-    assert_eq!(columns(dir.path(), "lambda_fits"), format!("{point},{fit}"));
+    let shares = "wrap_share,squeeze_share,hybrid_share";
+    assert_eq!(columns(dir.path(), "lambda_fits"), format!("{point},{fit},{shares}"));
+    assert_eq!(columns(dir.path(), "shapes"), "job_id,t,vertices,loads");
     assert_eq!(columns(dir.path(), "speed_averages"), format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca"));
 }
 
@@ -196,7 +198,7 @@ fn an_error_names_the_place_and_the_tables_that_exist() {
     let error = |sql: &str| query(dir.path(), sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
     let unknown = error("SELECT * FROM run");
     assert!(unknown.contains("no such table: run"), "{unknown}");
-    assert!(unknown.contains("there are: samples, all_runs, clog_events, lambda_fits, runs"), "{unknown}");
+    assert!(unknown.contains("there are: samples, all_runs, clog_events, lambda_fits, runs, shapes"), "{unknown}");
     let column = error("SELECT job_id,\n gama FROM runs");
     assert!(column.contains("no such column: gama\n   gama FROM runs\n   ^"), "{column}");
     assert!(error("DELETE FROM jobs").contains("readonly"), "a query cannot write");

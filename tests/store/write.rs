@@ -5,9 +5,9 @@ use meniscus::fits::{LambdaFit, SpeedAverage};
 use meniscus::job::{JobId, JobState};
 use meniscus::store::{
     CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job, job_states,
-    point_runs, save_fits, status,
+    point_runs, save_fits, shapes, status,
 };
-use meniscus::trajectory::{FailureClass, Outcome};
+use meniscus::trajectory::{FailureClass, Mechanism, Outcome};
 use std::time::Duration;
 
 #[test]
@@ -191,7 +191,8 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     assert_eq!(order, [ring(1.0), soft(9.0), soft(10.0)]);
     let runs = &read[0].runs;
     assert_eq!(runs.iter().map(|run| run.seed).collect::<Vec<_>>(), [0, 1, 2]);
-    assert_eq!((runs[0].outcome, runs[0].v_g_mean), (Outcome::Clogged, None));
+    assert_eq!((runs[0].outcome, runs[0].v_g_mean, runs[0].mechanism), (Outcome::Clogged, None, Some(Mechanism::Wrap)));
+    assert_eq!(runs[1].mechanism, None);
     assert_eq!((runs[2].r_end.to_bits(), runs[2].v_g_mean), ((1.0_f64 + 2.0 / 3.0).to_bits(), Some(0.7)));
 
     let fit = LambdaFit {
@@ -211,7 +212,9 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     save_fits(&mut store, &[(id, fit)], &[(id, average)]).unwrap();
     assert_eq!(
         csv(dir.path(), "SELECT * FROM lambda_fits"),
-        ["DP,obstacles,1.0,10000.0,0.2,0.3,saturated,0.0,0.03,10000.0,0.001,256,0.001,3,1,24.0,12.0,,,0.5,400"]
+        [
+            "DP,obstacles,1.0,10000.0,0.2,0.3,saturated,0.0,0.03,10000.0,0.001,256,0.001,3,1,24.0,12.0,,,0.5,400,1.0,0.0,0.0"
+        ]
     );
     assert_eq!(
         csv(dir.path(), "SELECT gamma, runs, flowing, v_g, v_g_low, ca FROM speed_averages"),
@@ -269,4 +272,43 @@ fn results_of_another_physics_version_are_kept_but_stand_apart() {
     let now = status(dir.path()).unwrap();
     assert_eq!((now.total.done, now.stale, now.clogs), (2, 6, 0));
     assert_eq!(point_runs(store.connection()).unwrap()[0].runs.len(), 2);
+}
+
+#[test]
+fn shapes_read_back_bit_for_bit_and_those_of_a_failure_go_when_it_is_tried_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let points = [soft(10.0), ring(1.0)];
+    let mut store = Store::open(dir.path()).unwrap();
+    register(&mut store, &points, 3);
+    let writer = Writer::spawn(store, options(2)).unwrap();
+    for point in &points {
+        writer.sender().send(finished(point, 0, 1)).unwrap();
+        writer.sender().send(failed(point, 1, FailureClass::Engulfed)).unwrap();
+    }
+    let mut store = writer.finish().unwrap();
+    for (point, is_ring) in [(&points[0], false), (&points[1], true)] {
+        let kept = |seed| shapes(dir.path(), JobId::new(point.id(), seed)).unwrap();
+        assert_eq!(kept(0), [shape(0.0, 0, is_ring), shape(1000.0, 0, is_ring)]);
+        assert_eq!(kept(1), [shape(17.0, 0, true)]);
+        assert_eq!(kept(2), []);
+    }
+    assert_eq!(csv(dir.path(), "SELECT sum(json_array_length(loads)), count(DISTINCT job_id) FROM shapes"), ["12,4"]);
+    store.retry(None).unwrap();
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM shapes"), ["4"]);
+}
+
+#[test]
+fn a_shape_with_a_coordinate_that_is_no_number_makes_a_failed_run_that_keeps_the_one_before() {
+    let dir = tempfile::tempdir().unwrap();
+    let point = ring(1.0);
+    let mut store = Store::open(dir.path()).unwrap();
+    register(&mut store, std::slice::from_ref(&point), 1);
+    let writer = Writer::spawn(store, options(1)).unwrap();
+    let mut run = trajectory(&point, 0, 1);
+    run.shapes[1].x[2] = f64::NAN;
+    let job = JobId::new(point.id(), 0);
+    writer.sender().send(Message::Finished { job, result: Ok(run), wall_s: 0.1 }).unwrap();
+    writer.finish().unwrap();
+    assert_eq!(csv(dir.path(), "SELECT state, error_class FROM runs"), ["failed,unstable"]);
+    assert_eq!(shapes(dir.path(), job).unwrap(), [shape(0.0, 0, true)]);
 }

@@ -1,0 +1,166 @@
+//! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
+
+use super::{Exit, Outcome, print};
+use meniscus::job::{JobId, JobState};
+use meniscus::report::animation::gif;
+use meniscus::report::caption::Caption;
+use meniscus::report::droplet::{Picture, View};
+use meniscus::report::raster::png;
+use meniscus::report::surroundings::Surroundings;
+use meniscus::store::{self, Format, JobStory, StoredJob};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Fewest digits of an id that are looked up.
+const FEWEST_DIGITS: usize = 4;
+
+/// Enlargement of PNG and of GIF.
+const ZOOM: (f32, f32) = (2.0, 0.75);
+
+/// A few jobs of each kind, clogs first.
+const EXAMPLES: &str = "
+    SELECT job_id, model, gamma, e_w, w_ob, seed, coalesce(outcome, error_class) AS ended, mechanism, r_end FROM (
+        SELECT *, row_number() OVER (PARTITION BY model, outcome, error_class, mechanism ORDER BY gamma, e_w, seed) AS place
+        FROM runs LEFT JOIN (SELECT job_id, mechanism FROM clog_events) USING (job_id)
+        WHERE state IN ('done', 'failed'))
+    WHERE place <= 3 ORDER BY outcome IS NOT 'clogged', outcome, mechanism, model, place LIMIT 24";
+
+/// Arguments of `render`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The store
+    store: PathBuf,
+    /// The job, or the first digits of its id; without it, a few jobs to choose from are listed
+    job: Option<String>,
+    /// The file: .svg, .png or .gif; `-` writes SVG to stdout [default: JOB_ID.svg in this folder]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// svg, png or gif [default: by the file's name]
+    #[arg(long, value_name = "FORMAT", value_parser = parse_kind)]
+    format: Option<Kind>,
+    /// Show the whole path, not the droplet's neighbourhood
+    #[arg(long)]
+    path: bool,
+}
+
+/// Kinds of picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Svg,
+    Png,
+    Gif,
+}
+
+impl Arguments {
+    /// Runs the subcommand.
+    pub fn run(&self, quiet: bool) -> Outcome {
+        let Some(prefix) = &self.job else { return self.list() };
+        let id = find(&self.store, prefix)?;
+        let file = self.output.clone().unwrap_or_else(|| {
+            let kind = self.format.unwrap_or(Kind::Svg);
+            PathBuf::from(format!("{id}.{}", format!("{kind:?}").to_lowercase()))
+        });
+        let bytes = self.draw(id, kind_of(self.format, &file)?)?;
+        if file.as_os_str() == "-" {
+            std::io::Write::write_all(&mut std::io::stdout().lock(), &bytes)?;
+            return Ok(Exit::Done);
+        }
+        std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+        if !quiet {
+            eprintln!("wrote {}", file.display());
+        }
+        Ok(Exit::Done)
+    }
+
+    /// Lists jobs to choose from.
+    fn list(&self) -> Outcome {
+        let mut table = Vec::new();
+        store::query(&self.store, EXAMPLES, Format::Table, &mut table)?;
+        print(&String::from_utf8_lossy(&table))?;
+        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", self.store.display());
+        Ok(Exit::Done)
+    }
+
+    /// The picture of a job.
+    fn draw(&self, id: JobId, kind: Kind) -> Result<Vec<u8>, Box<dyn Error>> {
+        let job = store::job(&self.store, id)?.ok_or_else(|| no_such(&self.store, &id.to_string()))?;
+        let story = ended(&self.store, id, &job)?;
+        let shapes = store::shapes(&self.store, id)?;
+        let Some(last) = shapes.last() else {
+            let reason = story.error.unwrap_or_else(|| "it was computed by a version that kept none".to_owned());
+            return Err(format!("job {id} has no shape to draw: {reason}").into());
+        };
+        if kind == Kind::Gif && shapes.len() < 2 {
+            return Err(format!(
+                "job {id} has one shape, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
+                 and run it again; one picture: meniscus render {} {id} -o {id}.png",
+                self.store.display()
+            )
+            .into());
+        }
+        let path = store::job_path(&self.store, id)?;
+        let surroundings = Surroundings::of(&job.point, job.seed)?;
+        let caption = Caption { job: id, point: &job.point, seed: job.seed, story: &story };
+        let picture = Picture { surroundings: &surroundings, path: &path, caption };
+        let view = if self.path { View::whole(&path, &shapes) } else { View::around(last) };
+        Ok(match kind {
+            Kind::Svg => picture.svg(last, &view).into_bytes(),
+            Kind::Png => png(&picture.svg(last, &view), ZOOM.0)?,
+            Kind::Gif => {
+                let views = if self.path { vec![view; shapes.len()] } else { View::following(&shapes) };
+                gif(shapes.len(), ZOOM.1, |k| picture.svg(&shapes[k], &views[k]))?
+            }
+        })
+    }
+}
+
+/// The job whose id begins with `prefix`.
+fn find(dir: &Path, prefix: &str) -> Result<JobId, Box<dyn Error>> {
+    if prefix.len() < FEWEST_DIGITS {
+        return Err(format!("`{prefix}` is too short: give {FEWEST_DIGITS} digits of the job_id or more").into());
+    }
+    match store::find_jobs(dir, prefix, 4)?.as_slice() {
+        [only] => Ok(*only),
+        [] => Err(no_such(dir, prefix).into()),
+        several => {
+            let ids: Vec<String> = several.iter().map(JobId::to_string).collect();
+            Err(format!("several jobs begin with `{prefix}`, give more digits: {}", ids.join(", ")).into())
+        }
+    }
+}
+
+fn no_such(dir: &Path, id: &str) -> String {
+    format!("no job `{id}` in {0}: list some with `meniscus render {0}`", dir.display())
+}
+
+/// The story of a job that has ended.
+fn ended(dir: &Path, id: JobId, job: &StoredJob) -> Result<JobStory, Box<dyn Error>> {
+    match (job.state, store::job_story(dir, id)?) {
+        (JobState::Done | JobState::Failed, Some(story)) => Ok(story),
+        (state, _) => {
+            let state = state.name();
+            Err(format!("job {id} is {state} and has no picture yet: `meniscus run CAMPAIGN.toml` computes it").into())
+        }
+    }
+}
+
+/// What to draw: as asked, or as the file's name says.
+fn kind_of(asked: Option<Kind>, file: &Path) -> Result<Kind, String> {
+    if let Some(kind) = asked {
+        return Ok(kind);
+    }
+    match file.extension().and_then(|extension| extension.to_str()) {
+        None if file.as_os_str() == "-" => Ok(Kind::Svg),
+        Some(extension) => parse_kind(extension),
+        None => Err(format!("{}: name it .svg, .png or .gif, or give --format", file.display())),
+    }
+}
+
+fn parse_kind(name: &str) -> Result<Kind, String> {
+    match name.to_ascii_lowercase().as_str() {
+        "svg" => Ok(Kind::Svg),
+        "png" => Ok(Kind::Png),
+        "gif" => Ok(Kind::Gif),
+        _ => Err(format!("`{name}` is no kind of picture: choose svg, png or gif")),
+    }
+}

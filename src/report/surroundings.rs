@@ -1,0 +1,112 @@
+//! What stands around a droplet, made again from the job's scene and seed, and drawn.
+
+use super::svg::circle;
+use super::view::View;
+use crate::job::{Channel, Point, Scene};
+use crate::scene::obstacles::ObstacleArray;
+use crate::shape::ShapeRecord;
+use crate::trajectory::Failure;
+
+const OBSTACLE: &str = "#c3cad4";
+const OBSTACLE_EDGE: &str = "#9aa4b2";
+const LOADED: &str = "#8791a0";
+
+/// The walls of a scene. A new scene is a variant, made in [`Surroundings::of`] and drawn in [`Surroundings::draw`].
+#[derive(Clone, Debug)]
+pub enum Surroundings {
+    /// Discs in a periodic box.
+    Discs(ObstacleArray),
+    /// Two wedges.
+    Wedges(Channel),
+    /// A flat wall at x = 0.
+    Plate,
+}
+
+impl Surroundings {
+    /// Those of the run `seed` of a point.
+    ///
+    /// # Errors
+    /// Where the scene cannot be made; its run failed likewise.
+    pub fn of(point: &Point, seed: u64) -> Result<Self, Failure> {
+        match &point.scene {
+            Scene::Obstacles(field) => ObstacleArray::generate(field, seed).map(Self::Discs),
+            Scene::Channel(channel) => Ok(Self::Wedges(channel.clone())),
+            Scene::Plate => Ok(Self::Plate),
+        }
+    }
+
+    /// Everything in view; what bears a load of `shape` is darker.
+    pub(super) fn draw(&self, view: &View, shape: &ShapeRecord) -> String {
+        match self {
+            Self::Discs(array) => draw_discs(array, view, shape),
+            Self::Wedges(channel) => draw_wedges(channel, view),
+            Self::Plate => {
+                let [_, x1, y0, y1] = view.bounds();
+                polygons(
+                    &[vec![
+                        [0.0, y0 - 1.0],
+                        [x1.max(0.0) + 1.0, y0 - 1.0],
+                        [x1.max(0.0) + 1.0, y1 + 1.0],
+                        [0.0, y1 + 1.0],
+                    ]],
+                    view,
+                )
+            }
+        }
+    }
+}
+
+/// Both wedges as far as the view goes, the rounding of their tips in steps of a hundredth of the view.
+fn draw_wedges(channel: &Channel, view: &View) -> String {
+    let [x0, x1, y0, y1] = view.bounds();
+    let (sin, cos) = libm::sincos(channel.angle.to_radians());
+    let radius = channel.tip_radius;
+    let far = y0.abs().max(y1.abs()) + channel.w + 1.0;
+    let surface = |x: f64| {
+        let x = x.abs();
+        let tip = 0.5 * channel.w + radius;
+        let rounded = x < radius * sin;
+        if rounded { tip - (radius * radius - x * x).sqrt() } else { tip - radius / cos + x * sin / cos }
+    };
+    let mut places: Vec<f64> = (0..=100).map(|k| x0 - 1.0 + (x1 - x0 + 2.0) * f64::from(k) / 100.0).collect();
+    places.push(0.0);
+    places.sort_by(f64::total_cmp);
+    let wedge = |side: f64| {
+        let mut outline: Vec<[f64; 2]> = places.iter().map(|&x| [x, side * surface(x).min(far)]).collect();
+        outline.extend([[x1 + 1.0, side * far], [x0 - 1.0, side * far]]);
+        outline
+    };
+    polygons(&[wedge(1.0), wedge(-1.0)], view)
+}
+
+/// Walls with straight outlines.
+fn polygons(outlines: &[Vec<[f64; 2]>], view: &View) -> String {
+    let draw = |outline: &Vec<[f64; 2]>| {
+        let points = outline.iter().map(|&[x, y]| view.place(x, y)).map(|[u, v]| format!("{u:.2},{v:.2}"));
+        format!("<polygon points=\"{}\"/>\n", points.collect::<Vec<_>>().join(" "))
+    };
+    let drawn: String = outlines.iter().map(draw).collect();
+    format!("<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\">\n{drawn}</g>\n")
+}
+
+fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String {
+    let [x0, x1, y0, y1] = view.bounds();
+    let radius = array.radius;
+    let mut discs = Vec::new();
+    // Periodic images are drawn where the droplet is.
+    array.for_each_in([0.0; 2], [x0 - radius, x1 + radius, y0 - radius, y1 + radius], |disc| discs.push(disc));
+    discs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let draw = |disc: &crate::scene::obstacles::Disc| {
+        let reach = radius + 0.6;
+        let bears = |load: &crate::shape::LoadRecord| {
+            load.obstacle == disc.id && (load.x - disc.x).abs() < reach && (load.y - disc.y).abs() < reach
+        };
+        let style = if shape.loads.iter().any(bears) { format!("fill=\"{LOADED}\"") } else { String::new() };
+        circle(view.place(disc.x, disc.y), radius * view.scale, &style)
+    };
+    let width = (0.006 * view.scale).clamp(0.2, 1.2);
+    let drawn: String = discs.iter().map(draw).collect();
+    format!(
+        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n{drawn}</g>\n"
+    )
+}

@@ -1,0 +1,68 @@
+//! The few SVG elements that pictures are made of, as strings; coordinates are pixels, to a hundredth.
+
+use std::fmt::Write;
+
+/// A coordinate.
+pub(super) fn px(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// `x,y x,y ...`
+pub(super) fn points(list: impl Iterator<Item = [f64; 2]>) -> String {
+    list.map(|[x, y]| format!("{},{}", px(x), px(y))).collect::<Vec<_>>().join(" ")
+}
+
+/// A disc; what it looks like, `style`, are attributes.
+pub(super) fn circle([x, y]: [f64; 2], radius: f64, style: &str) -> String {
+    format!("<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {style}/>\n", px(x), px(y), px(radius))
+}
+
+/// Text that begins at a place (its base line), or is centred there or ends there by `anchor`.
+pub(super) fn text([x, y]: [f64; 2], size: f64, anchor: &str, style: &str, text: &str) -> String {
+    let (x, y, size, text) = (px(x), px(y), px(size), escape(text));
+    format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" text-anchor=\"{anchor}\" {style}>{text}</text>\n")
+}
+
+/// An arrow; its head is `head` long, less on a short arrow.
+pub(super) fn arrow(from: [f64; 2], to: [f64; 2], width: f64, head: f64, colour: &str) -> String {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = (dx * dx + dy * dy).sqrt();
+    if !(length > 0.0) {
+        return String::new();
+    }
+    let (ux, uy) = (dx / length, dy / length);
+    let head = head.min(0.6 * length);
+    let (neck, wing) = ([to[0] - head * ux, to[1] - head * uy], 0.42 * head);
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" stroke=\"{colour}\" stroke-width=\"{}\" stroke-linecap=\"round\"/>",
+        px(from[0]),
+        px(from[1]),
+        px(neck[0]),
+        px(neck[1]),
+        px(width)
+    );
+    let corners = [to, [neck[0] - wing * uy, neck[1] + wing * ux], [neck[0] + wing * uy, neck[1] - wing * ux]];
+    let _ = writeln!(out, "<polygon points=\"{}\" fill=\"{colour}\"/>", points(corners.into_iter()));
+    out
+}
+
+/// Text as XML has it.
+pub(super) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates_are_short_and_text_is_escaped() {
+        assert_eq!([px(1.0), px(-0.001), px(2.345_6), px(120.0)], ["1", "0", "2.35", "120"]);
+        assert_eq!(escape("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+        assert_eq!(arrow([1.0, 1.0], [1.0, 1.0], 1.0, 1.0, "red"), "");
+    }
+}

@@ -1,0 +1,122 @@
+//! What part of the world a picture shows, and where in it a point of the world is drawn.
+//!
+//! Droplets fall: gravity, the +x of the world, points down, and +y points right, a rotation by a quarter turn.
+
+use crate::shape::ShapeRecord;
+
+/// Room above the droplet, below it, and on either side, in sigma.
+const MARGINS: [f64; 3] = [1.25, 0.85, 1.05];
+
+/// Room round a whole path, in sigma.
+const PATH_MARGIN: f64 = 1.0;
+
+/// Least width and height of what is shown, in sigma.
+const LEAST: [f64; 2] = [3.4, 3.2];
+
+/// Least and most width of a picture, and most height, in pixels.
+const PIXELS: [f64; 3] = [600.0, 1000.0, 1500.0];
+
+/// Largest scale, in pixels per sigma.
+const LARGEST_SCALE: f64 = 200.0;
+
+/// A window on the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// x of the upper edge.
+    pub top: f64,
+    /// y of the left edge.
+    pub left: f64,
+    /// Extent along y, in sigma.
+    pub width: f64,
+    /// Extent along x, in sigma.
+    pub height: f64,
+    /// Pixels per sigma.
+    pub scale: f64,
+}
+
+/// The droplet's box; a soft particle is a disc of diameter sigma.
+fn bounds(shape: &ShapeRecord) -> [f64; 4] {
+    let [x0, x1, y0, y1] = shape.bounds();
+    let r = if shape.x.len() > 1 { 0.0 } else { 0.5 };
+    [x0 - r, x1 + r, y0 - r, y1 + r]
+}
+
+impl View {
+    /// A window on the box `[x_min, x_max, y_min, y_max]`, widened about its middle where it is too small.
+    fn on([x0, x1, y0, y1]: [f64; 4]) -> Self {
+        let (mut width, height) = ((y1 - y0).max(LEAST[0]), (x1 - x0).max(LEAST[1]));
+        let scale = LARGEST_SCALE.min(PIXELS[1] / width).min(PIXELS[2] / height);
+        width = width.max(PIXELS[0] / scale);
+        Self { top: 0.5 * (x0 + x1 - height), left: 0.5 * (y0 + y1 - width), width, height, scale }
+    }
+
+    /// Around the droplet, with more room where it came from.
+    pub fn around(shape: &ShapeRecord) -> Self {
+        let [x0, x1, y0, y1] = bounds(shape);
+        let [above, below, beside] = MARGINS;
+        Self::on([x0 - above, x1 + below, y0 - beside, y1 + beside])
+    }
+
+    /// The whole path, `[t, x, y]`, and the droplets.
+    pub fn whole(path: &[[f64; 3]], shapes: &[ShapeRecord]) -> Self {
+        let points = path.iter().map(|&[_, x, y]| [x, x, y, y]);
+        let all = points
+            .chain(shapes.iter().map(bounds))
+            .reduce(|[a, b, c, d], [x0, x1, y0, y1]| [a.min(x0), b.max(x1), c.min(y0), d.max(y1)]);
+        let [x0, x1, y0, y1] = all.unwrap_or([0.0; 4]);
+        Self::on([x0 - PATH_MARGIN, x1 + PATH_MARGIN, y0 - PATH_MARGIN, y1 + PATH_MARGIN])
+    }
+
+    /// Windows of one size that follow the droplet from shape to shape: each holds its droplet, centred.
+    pub fn following(shapes: &[ShapeRecord]) -> Vec<Self> {
+        let views: Vec<Self> = shapes.iter().map(Self::around).collect();
+        let width = views.iter().fold(0.0_f64, |width, view| width.max(view.width));
+        let height = views.iter().fold(0.0_f64, |height, view| height.max(view.height));
+        let size = Self::on([0.0, height, 0.0, width]);
+        let centred = |view: &Self| Self {
+            top: view.top + 0.5 * (view.height - size.height),
+            left: view.left + 0.5 * (view.width - size.width),
+            ..size
+        };
+        views.iter().map(centred).collect()
+    }
+
+    /// Where the point (x, y) of the world is drawn.
+    pub fn place(&self, x: f64, y: f64) -> [f64; 2] {
+        [(y - self.left) * self.scale, (x - self.top) * self.scale]
+    }
+
+    /// Size in pixels.
+    pub fn size(&self) -> [f64; 2] {
+        [(self.width * self.scale).round(), (self.height * self.scale).round()]
+    }
+
+    /// The box `[x_min, x_max, y_min, y_max]` it shows.
+    pub fn bounds(&self) -> [f64; 4] {
+        [self.top, self.top + self.height, self.left, self.left + self.width]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_that_follow_a_droplet_have_one_size_and_hold_it() {
+        let shape = |x: f64, long: f64| ShapeRecord { x: vec![x, x + long], y: vec![2.0, 3.0], ..Default::default() };
+        let shapes = [shape(0.0, 1.0), shape(7.0, 4.0), shape(20.0, 1.0)];
+        let views = View::following(&shapes);
+        for (view, shape) in views.iter().zip(&shapes) {
+            assert_eq!(view.size(), views[0].size());
+            let ([x0, x1, y0, y1], [a, b, c, d]) = (view.bounds(), shape.bounds());
+            assert!(x0 < a && b < x1 && y0 < c && d < y1);
+        }
+    }
+
+    #[test]
+    fn gravity_points_down_and_y_to_the_right() {
+        let view = View::around(&ShapeRecord { x: vec![5.0], y: vec![5.0], ..Default::default() });
+        let ([u0, v0], [u1, v1]) = (view.place(5.0, 5.0), view.place(5.5, 6.0));
+        assert!((u1 - u0 - view.scale).abs() < 1e-9 && (v1 - v0 - 0.5 * view.scale).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,118 @@
+//! The shape of a droplet at one instant, and the loads it rests on: what is kept to be looked at, and judged, later.
+
+use serde::{Deserialize, Serialize};
+
+/// A droplet at one instant, in unwrapped world coordinates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeRecord {
+    /// Time, in t0.
+    pub t: f64,
+    /// x of each vertex, counter-clockwise; of the one point for SP.
+    pub x: Vec<f64>,
+    /// y of each vertex.
+    pub y: Vec<f64>,
+    /// Loads, by the order of the obstacles.
+    pub loads: Vec<LoadRecord>,
+}
+
+/// The load that one obstacle carries.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoadRecord {
+    /// Which obstacle of the scene.
+    pub obstacle: u32,
+    /// Where it acts on average, x.
+    pub x: f64,
+    /// The same, y.
+    pub y: f64,
+    /// Force on the droplet, x; the weight of the droplet is pi/4.
+    pub fx: f64,
+    /// Force on the droplet, y.
+    pub fy: f64,
+    /// Angle by which the surface turns along the contact, in radians.
+    pub turn: f64,
+}
+
+impl LoadRecord {
+    fn numbers(&self) -> [f64; 5] {
+        [self.x, self.y, self.fx, self.fy, self.turn]
+    }
+}
+
+impl ShapeRecord {
+    /// Whether all numbers are finite and every x has its y.
+    pub fn is_sound(&self) -> bool {
+        let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
+        self.x.len() == self.y.len()
+            && !self.x.is_empty()
+            && self.t.is_finite()
+            && finite(&self.x)
+            && finite(&self.y)
+            && self.loads.iter().all(|load| finite(&load.numbers()))
+    }
+
+    /// Centroid of the area; the point itself for SP.
+    pub fn centroid(&self) -> [f64; 2] {
+        let (Some(&x0), Some(&y0)) = (self.x.first(), self.y.first()) else { return [f64::NAN; 2] };
+        // Sums relative to vertex 0 keep the cancellation small.
+        let (mut twice_area, mut moment) = (0.0, [0.0; 2]);
+        for [[ax, ay], [bx, by]] in self.edges(x0, y0) {
+            let cross = ax * by - bx * ay;
+            twice_area += cross;
+            moment[0] += (ax + bx) * cross;
+            moment[1] += (ay + by) * cross;
+        }
+        if twice_area == 0.0 {
+            return [x0, y0];
+        }
+        [x0 + moment[0] / (3.0 * twice_area), y0 + moment[1] / (3.0 * twice_area)]
+    }
+
+    /// Whether the point lies inside the ring: its winding number is not zero.
+    pub fn contains(&self, px: f64, py: f64) -> bool {
+        let winding = self.edges(px, py).map(|[[ax, ay], [bx, by]]| {
+            let cross = ax * by - bx * ay;
+            i32::from(ay <= 0.0 && by > 0.0 && cross > 0.0) - i32::from(ay > 0.0 && by <= 0.0 && cross < 0.0)
+        });
+        winding.sum::<i32>() != 0
+    }
+
+    /// Smallest box around it: `[x_min, x_max, y_min, y_max]`.
+    pub fn bounds(&self) -> [f64; 4] {
+        let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
+        let ([x0, x1], [y0, y1]) = (ends(&self.x), ends(&self.y));
+        [x0, x1, y0, y1]
+    }
+
+    /// The edges of the closed ring, both ends relative to `(x0, y0)`.
+    fn edges(&self, x0: f64, y0: f64) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+        let vertex = move |i: usize| [self.x[i] - x0, self.y[i] - y0];
+        let n = self.x.len();
+        (0..n).map(move |i| [vertex(i), vertex((i + 1) % n)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_has_its_centroid_and_tells_inside_from_outside() {
+        let square = ShapeRecord { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Default::default() };
+        assert_eq!(square.centroid(), [5.5, 1.5]);
+        assert_eq!(square.bounds(), [5.0, 6.0, 1.0, 2.0]);
+        assert!(square.contains(5.1, 1.9) && !square.contains(4.9, 1.5) && !square.contains(5.5, 2.1));
+        let point = ShapeRecord { x: vec![3.0], y: vec![4.0], ..Default::default() };
+        assert_eq!(point.centroid(), [3.0, 4.0]);
+    }
+
+    #[test]
+    fn a_shape_with_a_number_that_is_none_is_not_sound() {
+        let load = LoadRecord { obstacle: 0, x: 0.0, y: 0.0, fx: 0.0, fy: 0.0, turn: 0.0 };
+        let good = ShapeRecord { t: 1.0, x: vec![0.0], y: vec![0.0], loads: vec![load] };
+        assert!(good.is_sound());
+        assert!(!ShapeRecord { t: f64::NAN, ..good.clone() }.is_sound());
+        assert!(!ShapeRecord { y: vec![f64::INFINITY], ..good.clone() }.is_sound());
+        assert!(!ShapeRecord { loads: vec![LoadRecord { fy: f64::NAN, ..load }], ..good.clone() }.is_sound());
+        assert!(!ShapeRecord { y: vec![], ..good }.is_sound());
+    }
+}

@@ -1,0 +1,126 @@
+//! Shapes of droplets, and whatever else a picture of a job needs: its story and its path.
+
+use super::read::corrupt;
+use super::{StoreError, database, open_reading, samples_table};
+use crate::job::JobId;
+use crate::shape::ShapeRecord;
+use rusqlite::{Connection, OptionalExtension, Row, params};
+use std::path::Path;
+
+/// How a job went, in the words of the store.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JobStory {
+    /// How it ended, if it finished.
+    pub outcome: Option<String>,
+    /// How its clog holds, where that is known.
+    pub mechanism: Option<String>,
+    /// Displacement at the end, in sigma.
+    pub r_end: Option<f64>,
+    /// Time at the end, in t0.
+    pub t_end: Option<f64>,
+    /// Class of its failure.
+    pub error_class: Option<String>,
+    /// Reason of its failure.
+    pub error: Option<String>,
+}
+
+/// Replaces the shapes of a job.
+pub(super) fn save_shapes<'a>(
+    conn: &Connection,
+    job: i64,
+    shapes: impl IntoIterator<Item = &'a ShapeRecord>,
+) -> rusqlite::Result<()> {
+    conn.prepare_cached("DELETE FROM shape_rows WHERE job = ?1")?.execute([job])?;
+    let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO shape_rows VALUES (?1, ?2, ?3, ?4)")?;
+    for ShapeRecord { t, x, y, loads } in shapes {
+        let vertices: Vec<u8> = x.iter().chain(y).flat_map(|c| c.to_le_bytes()).collect();
+        let loads = serde_json::to_string(loads).expect("loads hold only plain numbers");
+        insert.execute(params![job, t, vertices, loads])?;
+    }
+    Ok(())
+}
+
+/// The kept shapes of a job of the store in `dir`, by time; none for a job that is unknown or has not run.
+///
+/// # Errors
+/// [`StoreError::Missing`] without a store; [`StoreError::Corrupt`] for a row that is no shape.
+pub fn shapes(dir: &Path, id: JobId) -> Result<Vec<ShapeRecord>, StoreError> {
+    let conn = open(dir)?;
+    let read = || -> rusqlite::Result<Vec<Option<ShapeRecord>>> {
+        let mut statement = conn.prepare(
+            "SELECT t, vertices, loads FROM shape_rows JOIN jobs ON jobs.key = shape_rows.job
+             WHERE job_id = ?1 ORDER BY t",
+        )?;
+        statement.query_map([id.to_string()], shape)?.collect()
+    };
+    let rows = read().map_err(StoreError::sql(&database(dir)))?;
+    let shapes: Option<Vec<_>> = rows.into_iter().collect();
+    shapes.ok_or_else(|| corrupt(id, "its shape cannot be read".to_owned()))
+}
+
+/// The shape of a row; `None` if it is none.
+fn shape(row: &Row<'_>) -> rusqlite::Result<Option<ShapeRecord>> {
+    let (t, vertices, loads) = (row.get(0)?, row.get_ref(1)?.as_blob()?, row.get_ref(2)?.as_str()?);
+    let (numbers, rest) = vertices.as_chunks::<8>();
+    let mut x: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    let y = x.split_off(x.len() / 2);
+    let loads = serde_json::from_str(loads).ok();
+    Ok(loads.map(|loads| ShapeRecord { t, x, y, loads }).filter(|shape| rest.is_empty() && shape.is_sound()))
+}
+
+/// How the job went, or `None` if it has not ended or is unknown.
+///
+/// # Errors
+/// [`StoreError::Missing`] without a store; what SQLite reports.
+pub fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, StoreError> {
+    let story = open(dir)?.query_row(
+        "SELECT outcome, mechanism, outcomes.r_end, outcomes.t_end, error_class, error FROM jobs
+         JOIN outcomes ON outcomes.job = jobs.key LEFT JOIN clogs ON clogs.job = jobs.key WHERE job_id = ?1",
+        [id.to_string()],
+        |row| {
+            Ok(JobStory {
+                outcome: row.get(0)?,
+                mechanism: row.get(1)?,
+                r_end: row.get(2)?,
+                t_end: row.get(3)?,
+                error_class: row.get(4)?,
+                error: row.get(5)?,
+            })
+        },
+    );
+    story.optional().map_err(StoreError::sql(&database(dir)))
+}
+
+/// The recorded path `[t, x, y]` of a job's centroid, by time; empty if nothing was recorded.
+///
+/// # Errors
+/// [`StoreError::Missing`] without a store; what SQLite reports.
+pub fn job_path(dir: &Path, id: JobId) -> Result<Vec<[f64; 3]>, StoreError> {
+    let conn = open(dir)?;
+    samples_table::register(&conn, dir)?;
+    let read = || -> rusqlite::Result<Vec<[f64; 3]>> {
+        let mut statement = conn.prepare("SELECT t, h, y FROM samples WHERE job_id = ?1 ORDER BY t")?;
+        statement.query_map([id.to_string()], |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?]))?.collect()
+    };
+    read().map_err(StoreError::sql(&database(dir)))
+}
+
+/// At most `most` jobs, of any physics version, whose id begins with `prefix`, by id.
+///
+/// # Errors
+/// [`StoreError::Missing`] without a store; what SQLite reports.
+pub fn find_jobs(dir: &Path, prefix: &str, most: usize) -> Result<Vec<JobId>, StoreError> {
+    let conn = open(dir)?;
+    let read = || -> rusqlite::Result<Vec<String>> {
+        // `g` follows the last hexadecimal digit.
+        let mut statement =
+            conn.prepare("SELECT job_id FROM jobs WHERE job_id >= ?1 AND job_id < ?1 || 'g' ORDER BY job_id LIMIT ?2")?;
+        statement.query_map(params![prefix.to_ascii_lowercase(), most as i64], |row| row.get(0))?.collect()
+    };
+    let ids = read().map_err(StoreError::sql(&database(dir)))?;
+    ids.iter().map(|id| id.parse().map_err(|error| corrupt(id, format!("{error}")))).collect()
+}
+
+fn open(dir: &Path) -> Result<Connection, StoreError> {
+    open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))
+}
