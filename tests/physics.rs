@@ -234,16 +234,16 @@ fn hydrostatic_gravity_is_minus_the_gradient_of_its_energy_and_carries_the_whole
 
 #[test]
 fn contact_with_wedges_and_plates_is_minus_the_gradient_of_its_energy() {
+    // Round, and no deeper than half a vertex: inside a sharp wedge the nearer face changes, and with it the force.
     fn touching<W: Walls>(walls: W, kind: ContactKind, centre: [f64; 2]) {
         let walls = Contact::new(Arc::new(walls), kind, N, 100.0, 0.0123, Level::new());
         let effects = RingEffects { walls: Box::new(walls), ..alone((), NO_AREA, Gravity::off(), 0.0) };
-        let mut ring = bent();
-        ring.x.iter_mut().for_each(|x| *x += centre[0] - 10.0);
-        ring.y.iter_mut().for_each(|y| *y += centre[1] - 10.0);
-        check_gradient_of(ring, effects);
+        check_gradient_of(Ring::regular(N, centre, 0.5), effects);
     }
-    touching(ChannelWalls::new(0.7, 45.0, 0.0), ContactKind::Edge, [-0.15, 0.02]);
-    touching(ChannelWalls::new(0.7, 60.0, 0.1), ContactKind::Edge, [-0.1, 0.05]);
-    touching(ChannelWalls::new(0.7, 45.0, 0.05), ContactKind::Vertex, [-0.15, 0.02]);
-    touching(Plate, ContactKind::Edge, [-0.45, 0.0]);
+    // Distances from the tip at (0, 0.35), or from the plate, of 0.503.
+    touching(ChannelWalls::new(0.7, 45.0, 0.0), ContactKind::Edge, [-0.361_26, 0.0]);
+    touching(ChannelWalls::new(0.7, 60.0, 0.0), ContactKind::Edge, [-0.361_26, 0.0]);
+    touching(ChannelWalls::new(0.7, 45.0, 0.1), ContactKind::Edge, [-0.36, 0.02]);
+    touching(ChannelWalls::new(0.7, 45.0, 0.1), ContactKind::Vertex, [-0.36, 0.02]);
+    touching(Plate, ContactKind::Edge, [-0.503, 0.0]);
 }

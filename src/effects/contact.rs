@@ -146,7 +146,8 @@ impl<W: Walls> Contact<W> {
                 {
                     let push = load(simd, &self.stiffness, i) * overlap;
                     let (fx, fy) = (push * nx, push * ny);
-                    add_shared(simd, ring, i, q, fx, fy);
+                    // An edge that stands for its first vertex leaves nothing to the second.
+                    add_shared(simd, ring, i, q * self.share, fx, fy);
                 }
                 i += LANES;
             }
