@@ -43,6 +43,11 @@ impl Shape for HalfPlane {
         overlap.simd_gt(zero).any_true().then_some(Touch { q, overlap, nx: -one, ny: zero })
     }
 
+    #[inline(always)]
+    fn curvature<S: Simd>(&self, simd: S, _: f64x8<S>, _: f64x8<S>) -> f64x8<S> {
+        f64x8::splat(simd, 0.0)
+    }
+
     fn heart(&self) -> Option<[f64; 2]> {
         None
     }

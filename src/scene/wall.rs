@@ -48,6 +48,10 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>>;
 
+    /// How fast the normal turns at a point outside the skeleton (local coordinates): the inverse distance where the nearest
+    /// of the skeleton is a corner, zero where it is a face.
+    fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
+
     /// Whether the shape counts as inside a ring that contains this point (local coordinates); `None` for shapes that
     /// reach to infinity, which no ring can contain.
     fn heart(&self) -> Option<[f64; 2]>;
