@@ -217,7 +217,7 @@ fn the_scheme_is_of_second_order() {
     let errors = [100, 200, 400, 800].map(error);
     for pair in errors.windows(2) {
         let order = libm::log2(pair[0] / pair[1]);
-        assert!((1.8..2.3).contains(&order), "errors {errors:.2e?}, order {order:.2}");
+        assert!((1.8..2.3).contains(&order), "errors {errors:?}, order {order:.2}");
     }
 }
 
