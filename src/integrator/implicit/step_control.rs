@@ -33,7 +33,7 @@ impl StepControl {
     /// Takes note that a sub-step was accepted and ended `at` ticks into the nominal step.
     pub fn accepted(&mut self, at: u32) {
         self.successes += 1;
-        if self.halvings > 0 && self.successes >= SUCCESSES && at % (2 * self.ticks()) == 0 {
+        if self.halvings > 0 && self.successes >= SUCCESSES && at.is_multiple_of(2 * self.ticks()) {
             self.halvings -= 1;
             self.successes = 0;
         }
