@@ -10,8 +10,8 @@ use meniscus::effects::gravity::Gravity;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::stiffness::Parts;
 use meniscus::effects::tension::{LinearTension, Tension};
+use meniscus::integrator::implicit::ImplicitMotion;
 use meniscus::integrator::implicit::newton::Newton;
-use meniscus::integrator::implicit::{ImplicitMotion, LARGEST_MOVE};
 use meniscus::integrator::verlet::{RingEffects, RingMotion};
 use meniscus::job::{MASS, regular_edge};
 use meniscus::scene::channel::ChannelWalls;
@@ -246,7 +246,7 @@ fn with_drag_the_total_energy_never_rises() {
 /// Falls into the funnel until E_k/E_t < 1e-17; the time, and the centroid, of that.
 fn settle<E: EdgeForce>(motion: &mut ImplicitMotion<E, FarDrag>, longest: u32) -> (u32, [f64; 2]) {
     for t in 1..=longest {
-        motion.advance(50).unwrap();
+        motion.advance(50).expect("every step can be solved");
         motion.follow();
         let seen = motion.observe();
         if t > 5 && ek_ratio(seen.kinetic) < 1e-17 {
@@ -321,7 +321,6 @@ fn a_droplet_thrown_at_a_disc_takes_shorter_steps_and_does_not_pass_through_it()
         assert!(motion.observe().overlap < 0.5 * DELTA);
     }
     assert!(motion.work.refused > 0 && motion.work.accepted > 50);
-    assert!(LARGEST_MOVE < DELTA);
 }
 
 #[test]
