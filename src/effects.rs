@@ -17,10 +17,12 @@ pub mod hydrostatic;
 pub mod near_wall_drag;
 pub mod perimeter;
 pub mod self_contact;
+pub mod stiffness;
 pub mod tension;
 
 use crate::droplet::deformable::Ring;
 use fearless_simd::{f64x8, prelude::*};
+use stiffness::{Parts, Stiffness};
 
 /// A tension along each edge, a function of the smoothed edge length `l_eps = sqrt(l^2 + eps^2)`.
 pub trait EdgeForce: Copy + Send + Sync + 'static {
@@ -33,6 +35,10 @@ pub trait EdgeForce: Copy + Send + Sync + 'static {
 
     /// Energy of one edge of smoothed length `l_eps`.
     fn energy(self, length: f64) -> f64;
+
+    /// `(1/l_eps) d(T/l_eps)/dl_eps` from `1/l_eps`; with the edge vector e, the second derivative of the energy is
+    /// `T/l_eps + slope e e^T`. Read by the implicit integrator alone.
+    fn slope<S: Simd>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S>;
 }
 
 /// No force along the edges.
@@ -47,6 +53,11 @@ impl EdgeForce for () {
     fn energy(self, _: f64) -> f64 {
         0.0
     }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, _: f64x8<S>) -> f64x8<S> {
+        f64x8::splat(simd, 0.0)
+    }
 }
 
 impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
@@ -59,6 +70,11 @@ impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
 
     fn energy(self, length: f64) -> f64 {
         self.0.energy(length) + self.1.energy(length)
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S> {
+        self.0.slope(simd, inverse_length) + self.1.slope(simd, inverse_length)
     }
 }
 
@@ -77,6 +93,10 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
 
     /// Its energy at the present positions.
     fn energy(&self, ring: &Ring) -> f64;
+
+    /// Adds the second derivatives of its energy. Without them the implicit integrator takes the force as given at each of
+    /// its iterations, which converges only while the force is softer than `m/dt^2`.
+    fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}
 }
 
 /// A viscous force `-m lambda_i v_i` on each vertex, taken implicitly.

@@ -9,6 +9,7 @@
 //! reach add exact zeros, so no result depends on when the list was made.
 
 use super::RingForce;
+use super::stiffness::{EdgeBlocks, Parts, Stiffness};
 use crate::droplet::deformable::Ring;
 use crate::job::ContactKind;
 use crate::on_level;
@@ -155,6 +156,79 @@ impl<W: Walls> Contact<W> {
     }
 }
 
+impl<W: Walls> Contact<W> {
+    #[inline(always)]
+    fn add_stiffness_with<S: Simd>(&self, simd: S, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
+        for stretch in &self.stretches {
+            for i in (stretch.start..stretch.end).step_by(LANES) {
+                let edges = edges_at(simd, ring, i, self.share);
+                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                let touch = Touch { q: touch.q * self.share, ..touch };
+                let curvature = match parts {
+                    Parts::All => {
+                        stretch.shape.curvature(simd, edges.x + touch.q * edges.ex, edges.y + touch.q * edges.ey)
+                    }
+                    Parts::Positive => f64x8::splat(simd, 0.0),
+                };
+                let k_w = load(simd, &self.stiffness, i);
+                second_derivatives(simd, edges, touch, k_w, curvature).add_to(simd, stiffness, i);
+            }
+        }
+    }
+}
+
+/// Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with `w = (1 - q) da + q db` the
+/// shift of the material point that touches.
+///
+/// Where a vertex touches, the normal turns with it: `d^2 o = -c (t.w)^2`, with t normal to n and c the curvature. Where the
+/// inside of an edge touches a corner, the point and the normal, which turns with the edge e = l t, both move:
+/// `d^2 o = 2 (n.de)(t.w)/l + (n.de)^2/(c l^2)`. At a face, c = 0, the normal is fixed;
+/// that the force passes from end to end there as the edge tilts ([`crate::scene::wall::LEVEL`]) is left out, which keeps
+/// the matrix positive and makes Newton's method converge linearly on such edges.
+#[inline(always)]
+fn second_derivatives<S: Simd>(
+    simd: S,
+    edges: Edges<S>,
+    touch: Touch<S>,
+    k_w: f64x8<S>,
+    curvature: f64x8<S>,
+) -> EdgeBlocks<S> {
+    let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+    let Touch { q, overlap, nx, ny } = touch;
+    let stiffness = overlap.simd_gt(zero).select(k_w, zero);
+    let push = stiffness * overlap;
+    let p = one - q;
+    let inside = (p * q * curvature).simd_gt(zero);
+    let tiny = f64x8::splat(simd, 1e-300);
+    let inverse_squared = inside.select(one / (edges.ex * edges.ex + edges.ey * edges.ey).max(tiny), zero);
+    // t/l of the turning edge, and the tangent that a touching vertex slides along.
+    let (tx, ty) = (edges.ex * inverse_squared, edges.ey * inverse_squared);
+    let slide = inside.select(zero, push * curvature);
+    let widen = inside.select(push / curvature.max(tiny), zero) * inverse_squared;
+    let normal = [nx * nx, nx * ny, ny * ny];
+    let tangent = [ny * ny, -(nx * ny), nx * nx];
+    let [m0, m1, m2] = [0, 1, 2].map(|k| stiffness * normal[k] - slide * tangent[k]);
+    let [e0, e1, e2] = normal.map(|nn| widen * nn);
+    // n t^T/l times the push, by rows; its symmetric sum for the diagonal blocks.
+    let [txx, txy, tyx, tyy] = [nx * tx, nx * ty, ny * tx, ny * ty].map(|nt| push * nt);
+    let sum = [txx + txx, txy + tyx, tyy + tyy];
+    let own = |weight: f64x8<S>, turn: f64x8<S>| {
+        let w = weight * weight;
+        [w * m0 + turn * sum[0] + e0, w * m1 + turn * sum[1] + e1, w * m2 + turn * sum[2] + e2]
+    };
+    let shared = p * q;
+    EdgeBlocks {
+        first: own(p, -p),
+        between: [
+            shared * m0 - q * txx + p * txx - e0,
+            shared * m1 - q * txy + p * tyx - e1,
+            shared * m1 - q * tyx + p * txy - e1,
+            shared * m2 - q * tyy + p * tyy - e2,
+        ],
+        second: own(q, q),
+    }
+}
+
 /// Adds a force at the point `q` of each edge `i..i + 8` to its vertices, by the lever rule.
 #[inline(always)]
 pub fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: f64x8<S>, fy: f64x8<S>) {
@@ -189,6 +263,10 @@ impl<W: Walls> RingForce for Contact<W> {
 
     fn energy(&self, ring: &Ring) -> f64 {
         self.state(ring).energy
+    }
+
+    fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
+        on_level!(self.level, simd => self.add_stiffness_with(simd, ring, parts, stiffness));
     }
 }
 

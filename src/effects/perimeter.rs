@@ -25,4 +25,9 @@ impl EdgeForce for Perimeter {
     fn energy(self, length: f64) -> f64 {
         0.5 * self.stiffness * (length - self.rest) * (length - self.rest)
     }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
+        inverse_length * inverse_length * inverse_length * (self.stiffness * self.rest)
+    }
 }

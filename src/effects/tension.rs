@@ -24,6 +24,11 @@ impl EdgeForce for Tension {
     fn energy(self, length: f64) -> f64 {
         self.gamma * length
     }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
+        inverse_length * inverse_length * inverse_length * -self.gamma
+    }
 }
 
 /// Tension and perimeter together at `kappa = 1/(N_v l0)`: a linear spring of zero rest length, `T = Gamma l/l0`.
@@ -47,6 +52,11 @@ impl EdgeForce for LinearTension {
 
     fn energy(self, length: f64) -> f64 {
         0.5 * self.stiffness * (length * length + self.rest * self.rest)
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(self, simd: S, _: f64x8<S>) -> f64x8<S> {
+        f64x8::splat(simd, 0.0)
     }
 }
 

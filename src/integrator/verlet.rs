@@ -48,6 +48,44 @@ pub struct RingEffects<E, D> {
     pub others: Vec<Box<dyn RingForce>>,
 }
 
+impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
+    /// Potential energy of all effects on `ring`.
+    pub fn potential_energy(&self, ring: &Ring) -> f64 {
+        let mut energy = self.area.energy(ring.area_and_perimeter().0) + self.walls.energy(ring);
+        energy += self.others.iter().map(|other| other.energy(ring)).sum::<f64>();
+        for i in 0..ring.n {
+            let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
+            energy += self.edge.energy((ex * ex + ey * ey + self.eps_squared).sqrt());
+            energy += self.gravity.energy(ring.x[i] + ring.origin[0]);
+        }
+        energy
+    }
+
+    /// Everything that is recorded of `ring`, whose vertices have the velocities `v`.
+    pub fn observe(&self, ring: &Ring, vx: &[f64], vy: &[f64]) -> Observation {
+        let (area, perimeter) = ring.area_and_perimeter();
+        let (centroid, velocity) = ring.centroid(vx, vy);
+        let squares: f64 = vx[..ring.n].iter().zip(vy).map(|(x, y)| x * x + y * y).sum();
+        let contact = self.walls.state(ring);
+        Observation {
+            x: centroid[0] + ring.origin[0],
+            y: centroid[1] + ring.origin[1],
+            velocity: velocity[0],
+            kinetic: 0.5 * ring.vertex_mass() * squares,
+            potential: self.potential_energy(ring),
+            shape: Some(perimeter * perimeter / (4.0 * PI * area)),
+            area_error: Some(area / self.area.rest - 1.0),
+            overlap: contact.overlap,
+            contacts: contact.loads.len() as u32,
+        }
+    }
+
+    /// World position of a shape inside `ring`, if there is one.
+    pub fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
+        self.walls.engulfed(ring).map(|[x, y]| [x + ring.origin[0], y + ring.origin[1]])
+    }
+}
+
 /// A ring with its effects, ready to be advanced.
 #[derive(Debug)]
 pub struct RingMotion<E, D> {
@@ -162,36 +200,13 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Potential energy of all effects at the present positions.
     pub fn potential_energy(&self) -> f64 {
-        let (ring, effects) = (&self.ring, &self.effects);
-        let mut energy = effects.area.energy(ring.area_and_perimeter().0) + effects.walls.energy(ring);
-        energy += effects.others.iter().map(|other| other.energy(ring)).sum::<f64>();
-        for i in 0..ring.n {
-            let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
-            energy += effects.edge.energy((ex * ex + ey * ey + effects.eps_squared).sqrt());
-            energy += effects.gravity.energy(ring.x[i] + ring.origin[0]);
-        }
-        energy
+        self.effects.potential_energy(&self.ring)
     }
 
     /// Everything that is recorded, at the present positions.
     pub fn observe(&mut self) -> Observation {
         let (vx, vy) = self.velocities();
-        let ring = &self.ring;
-        let (area, perimeter) = ring.area_and_perimeter();
-        let (centroid, velocity) = ring.centroid(&vx, &vy);
-        let squares: f64 = vx[..ring.n].iter().zip(&vy).map(|(x, y)| x * x + y * y).sum();
-        let contact = self.effects.walls.state(ring);
-        Observation {
-            x: centroid[0] + ring.origin[0],
-            y: centroid[1] + ring.origin[1],
-            velocity: velocity[0],
-            kinetic: 0.5 * ring.vertex_mass() * squares,
-            potential: self.potential_energy(),
-            shape: Some(perimeter * perimeter / (4.0 * PI * area)),
-            area_error: Some(area / self.effects.area.rest - 1.0),
-            overlap: contact.overlap,
-            contacts: contact.loads.len() as u32,
-        }
+        self.effects.observe(&self.ring, &vx, &vy)
     }
 
     /// The shape at time `t`, and the loads on it.
@@ -211,14 +226,13 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// World position of a shape inside the ring, if there is one.
     pub fn engulfed(&self) -> Option<[f64; 2]> {
-        let origin = self.ring.origin;
-        self.effects.walls.engulfed(&self.ring).map(|[x, y]| [x + origin[0], y + origin[1]])
+        self.effects.engulfed(&self.ring)
     }
 }
 
 /// Sets the forces of walls and the like; false, and nothing done, if none can act now.
 #[inline(always)]
-fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> bool {
+pub(super) fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> bool {
     if !effects.walls.acts() && !effects.others.iter().any(|other| other.acts()) {
         return false;
     }
@@ -238,7 +252,7 @@ fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> bool {
 
 /// Edge vectors and their tension coefficients; returns the area.
 #[inline(always)]
-fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squared: f64) -> f64 {
+pub(super) fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squared: f64) -> f64 {
     let (n, long) = (ring.n, ring.ux.len());
     // Slices of one known length let the compiler drop the bounds checks.
     let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
@@ -266,19 +280,24 @@ fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squar
 }
 
 /// Everything the second pass needs.
-struct Kick<'a, E, D> {
-    half_pressure: f64,
-    weight: f64,
+pub(super) struct Kick<'a, E, D> {
+    pub(super) half_pressure: f64,
+    pub(super) weight: f64,
     /// Read only where the tension does not depend on the length.
-    stiffness: E,
-    drag: &'a D,
-    dt: f64,
+    pub(super) stiffness: E,
+    pub(super) drag: &'a D,
+    pub(super) dt: f64,
 }
 
 impl<E: EdgeForce, D: Drag> Kick<'_, E, D> {
     /// Sum of all forces but drag on the vertices `i..i + 8`.
     #[inline(always)]
-    fn net_force<S: Simd, const PUSHED: bool>(&self, simd: S, ring: &Ring, i: usize) -> (f64x8<S>, f64x8<S>) {
+    pub(super) fn net_force<S: Simd, const PUSHED: bool>(
+        &self,
+        simd: S,
+        ring: &Ring,
+        i: usize,
+    ) -> (f64x8<S>, f64x8<S>) {
         let (ex, ey) = (load(simd, &ring.edge_x, i + LANES), load(simd, &ring.edge_y, i + LANES));
         let (back_x, back_y) = (load(simd, &ring.edge_x, i + LANES - 1), load(simd, &ring.edge_y, i + LANES - 1));
         let (pull_x, pull_y) = if E::NEEDS_LENGTH {

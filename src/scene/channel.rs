@@ -147,6 +147,14 @@ impl Shape for Wedge {
         (overlap > 0.0).then(|| (overlap, [place.nx.as_slice()[0], place.ny.as_slice()[0] * self.side]))
     }
 
+    #[inline(always)]
+    fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+        let (rx, ry) = (x - self.x, (y - self.y) * self.side);
+        let zero = f64x8::splat(simd, 0.0);
+        let at_tip = (rx.abs() * self.cos + ry * self.sin).simd_le(zero);
+        at_tip.select(1.0 / (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt(), zero)
+    }
+
     fn heart(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }

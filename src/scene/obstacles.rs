@@ -74,6 +74,12 @@ impl Shape for Disc {
         })
     }
 
+    #[inline(always)]
+    fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+        let (rx, ry) = (x - self.x, y - self.y);
+        1.0 / (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt()
+    }
+
     fn heart(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }

@@ -49,6 +49,11 @@ impl Shape for HalfPlane {
         (overlap > 0.0).then_some((overlap, [-1.0, 0.0]))
     }
 
+    #[inline(always)]
+    fn curvature<S: Simd>(&self, simd: S, _: f64x8<S>, _: f64x8<S>) -> f64x8<S> {
+        f64x8::splat(simd, 0.0)
+    }
+
     fn heart(&self) -> Option<[f64; 2]> {
         None
     }

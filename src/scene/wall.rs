@@ -57,6 +57,10 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
+    /// How fast the normal turns at a point outside the skeleton (local coordinates): the inverse distance where the nearest
+    /// of the skeleton is a corner, zero where it is a face.
+    fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
+
     /// Whether the shape counts as inside a ring that contains this point (local coordinates); `None` for shapes that
     /// reach to infinity, which no ring can contain.
     fn heart(&self) -> Option<[f64; 2]>;

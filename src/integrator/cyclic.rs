@@ -1,0 +1,348 @@
+//! Solves `(B + k g g^T) x = b` for a cyclic block-tridiagonal `B` of 2 x 2 blocks, symmetric and positive definite, in O(n).
+//!
+//! Vertices 0 and `h = n/2` cut the ring into two chains. Both are eliminated at once from vertex 0 towards `h`, which
+//! halves the latency of the recursion. Eliminating vertex `v` before its neighbour `w`, with `E = B_vw` and `C` the
+//! coupling of vertex 0 to `v` that earlier eliminations left behind,
+//!
+//! ```text
+//! G = D_v^-1 E,   H = D_v^-1 C^T,   Y = D_v^-1 b_v
+//! D_w -= E^T G,   b_w -= E^T Y,     C <- -C G,     D_0 -= C H,   b_0 -= C Y
+//! ```
+//!
+//! leaves a system of vertices 0 and `h`, and `x_v = Y - H x_0 - G x_w` on the way back. The term of rank one is dealt with by
+//! Sherman and Morrison: `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
+
+use crate::effects::stiffness::Stiffness;
+use std::ops::{Mul, Neg, Sub};
+
+/// A 2 x 2 block by rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Block {
+    xx: f64,
+    xy: f64,
+    yx: f64,
+    yy: f64,
+}
+
+impl Block {
+    #[inline(always)]
+    fn transposed(self) -> Self {
+        Self { xy: self.yx, yx: self.xy, ..self }
+    }
+}
+
+impl Mul for Block {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        Self {
+            xx: self.xx * b.xx + self.xy * b.yx,
+            xy: self.xx * b.xy + self.xy * b.yy,
+            yx: self.yx * b.xx + self.yy * b.yx,
+            yy: self.yx * b.xy + self.yy * b.yy,
+        }
+    }
+}
+
+impl Sub for Block {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self { xx: self.xx - b.xx, xy: self.xy - b.xy, yx: self.yx - b.yx, yy: self.yy - b.yy }
+    }
+}
+
+impl Neg for Block {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { xx: -self.xx, xy: -self.xy, yx: -self.yx, yy: -self.yy }
+    }
+}
+
+/// A symmetric 2 x 2 block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Pivot {
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl Pivot {
+    /// Less the product `a^T b` or `a b^T`, known to be symmetric.
+    #[inline(always)]
+    fn less(self, product: Block) -> Self {
+        Self { xx: self.xx - product.xx, xy: self.xy - product.xy, yy: self.yy - product.yy }
+    }
+
+    /// The inverse, and whether the block is positive definite.
+    #[inline(always)]
+    fn inverse(self) -> (Block, bool) {
+        let determinant = self.xx * self.yy - self.xy * self.xy;
+        let scale = 1.0 / determinant;
+        let off = -self.xy * scale;
+        let inverse = Block { xx: self.yy * scale, xy: off, yx: off, yy: self.xx * scale };
+        (inverse, self.xx > 0.0 && determinant > 0.0)
+    }
+}
+
+/// One vertex, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the second.
+#[derive(Clone, Copy, Debug, Default)]
+struct Row {
+    ahead: Block,
+    to_zero: Block,
+    right: Block,
+}
+
+/// The matrix met no positive pivot: it is not positive definite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the matrix of the implicit step is not positive definite; leave out the negative parts or shorten the step")]
+pub struct NotPositiveDefinite;
+
+/// Work space for rings of up to `n` vertices.
+#[derive(Clone, Debug)]
+pub struct CyclicSolver {
+    rows: Vec<Row>,
+}
+
+/// A chain on its way from vertex 0 to vertex h.
+#[derive(Clone, Copy)]
+struct Front {
+    /// Diagonal block of the vertex that comes next, less what was eliminated.
+    pivot: Pivot,
+    /// Its right sides.
+    right: Block,
+    /// Coupling of vertex 0 to it.
+    to_zero: Block,
+}
+
+/// Vertex 0 while the chains are eliminated.
+#[derive(Clone, Copy)]
+struct Zero {
+    pivot: Pivot,
+    right: Block,
+    positive: bool,
+}
+
+impl Front {
+    /// Eliminates its vertex; `edge` couples that to the next one, whose own block and right sides are given.
+    #[inline(always)]
+    fn eliminate(self, edge: Block, next: (Pivot, Block), zero: &mut Zero) -> (Self, Row) {
+        let (inverse, positive) = self.pivot.inverse();
+        let row =
+            Row { ahead: inverse * edge, to_zero: inverse * self.to_zero.transposed(), right: inverse * self.right };
+        zero.positive &= positive;
+        zero.pivot = zero.pivot.less(self.to_zero * row.to_zero);
+        zero.right = zero.right - self.to_zero * row.right;
+        let back = edge.transposed();
+        let front = Self {
+            pivot: next.0.less(back * row.ahead),
+            right: next.1 - back * row.right,
+            to_zero: -(self.to_zero * row.ahead),
+        };
+        (front, row)
+    }
+}
+
+/// The system as the elimination reads it.
+struct System<'a> {
+    matrix: &'a Stiffness,
+    b: [&'a [f64]; 2],
+    g: [&'a [f64]; 2],
+}
+
+impl System<'_> {
+    #[inline(always)]
+    fn vertex(&self, i: usize) -> (Pivot, Block) {
+        let m = self.matrix;
+        let own = Pivot { xx: m.own_xx[i], xy: m.own_xy[i], yy: m.own_yy[i] };
+        (own, Block { xx: self.b[0][i], xy: self.g[0][i], yx: self.b[1][i], yy: self.g[1][i] })
+    }
+
+    /// Block `(i, i + 1)`.
+    #[inline(always)]
+    fn edge(&self, i: usize) -> Block {
+        let m = self.matrix;
+        Block { xx: m.next_xx[i], xy: m.next_xy[i], yx: m.next_yx[i], yy: m.next_yy[i] }
+    }
+}
+
+impl CyclicSolver {
+    /// Work space for `n >= 3` vertices.
+    pub fn new(n: usize) -> Self {
+        Self { rows: vec![Row::default(); n] }
+    }
+
+    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`; entries from `n` on are left alone.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`], with `b` untouched.
+    pub fn solve(
+        &mut self,
+        matrix: &Stiffness,
+        k: f64,
+        g: [&[f64]; 2],
+        b: [&mut [f64]; 2],
+    ) -> Result<(), NotPositiveDefinite> {
+        let n = matrix.n;
+        let half = n / 2;
+        let [bx, by] = b;
+        let system = System { matrix, b: [&*bx, &*by], g };
+        let ends = self.eliminate(&system, n, half).ok_or(NotPositiveDefinite)?;
+        self.substitute(n, half, ends);
+        let (mut along, mut own) = (0.0, 0.0);
+        for i in 0..n {
+            let solved = self.rows[i].right;
+            along += g[0][i] * solved.xx + g[1][i] * solved.yx;
+            own += g[0][i] * solved.xy + g[1][i] * solved.yy;
+        }
+        let share = k * along / (1.0 + k * own);
+        for i in 0..n {
+            let solved = self.rows[i].right;
+            bx[i] = solved.xx - share * solved.xy;
+            by[i] = solved.yx - share * solved.yy;
+        }
+        Ok(())
+    }
+
+    /// Eliminates both chains, then vertex h; returns the solution at vertices 0 and h.
+    #[inline(always)]
+    fn eliminate(&mut self, system: &System<'_>, n: usize, half: usize) -> Option<[Block; 2]> {
+        let rows = &mut self.rows[..n];
+        let front = |i: usize, to_zero: Block| {
+            let (pivot, right) = system.vertex(i);
+            Front { pivot, right, to_zero }
+        };
+        let (pivot, right) = system.vertex(0);
+        let mut zero = Zero { pivot, right, positive: true };
+        let mut up = front(1, system.edge(0));
+        let mut down = front(n - 1, system.edge(n - 1).transposed());
+        // Vertices 1, 2 ... h - 1 and n - 1, n - 2 ... h + 1; for odd n the second chain is longer by one.
+        for k in 1..half {
+            (up, rows[k]) = up.eliminate(system.edge(k), system.vertex(k + 1), &mut zero);
+            let v = n - k;
+            (down, rows[v]) = down.eliminate(system.edge(v - 1).transposed(), system.vertex(v - 1), &mut zero);
+        }
+        if n % 2 == 1 {
+            let v = half + 1;
+            (down, rows[v]) = down.eliminate(system.edge(half).transposed(), system.vertex(half), &mut zero);
+        }
+        // Both fronts now hold vertex h, each with its own chain taken off: add up what they took.
+        let (own, right) = system.vertex(half);
+        let last = Front {
+            pivot: Pivot {
+                xx: up.pivot.xx + (down.pivot.xx - own.xx),
+                xy: up.pivot.xy + (down.pivot.xy - own.xy),
+                yy: up.pivot.yy + (down.pivot.yy - own.yy),
+            },
+            right: down.right - (right - up.right),
+            to_zero: up.to_zero - (-down.to_zero),
+        };
+        let nothing = (Pivot::default(), Block::default());
+        let (_, row) = last.eliminate(Block::default(), nothing, &mut zero);
+        let (inverse, positive) = zero.pivot.inverse();
+        let at_zero = inverse * zero.right;
+        (zero.positive && positive).then(|| [at_zero, row.right - row.to_zero * at_zero])
+    }
+
+    /// Replaces the right sides by the solution, from vertex h back to vertex 0 along both chains.
+    #[inline(always)]
+    fn substitute(&mut self, n: usize, half: usize, [at_zero, at_half]: [Block; 2]) {
+        let rows = &mut self.rows[..n];
+        rows[0].right = at_zero;
+        rows[half].right = at_half;
+        let mut back = |v: usize, next: Block| {
+            let row = &mut rows[v];
+            row.right = row.right - row.to_zero * at_zero - row.ahead * next;
+            row.right
+        };
+        let (mut up, mut down) = (at_half, at_half);
+        if n % 2 == 1 {
+            down = back(half + 1, down);
+        }
+        for k in (1..half).rev() {
+            up = back(k, up);
+            down = back(n - k, down);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    /// Random entries in [-1, 1], the diagonal shifted by `shift`.
+    fn matrix(n: usize, shift: f64, mut entry: impl FnMut() -> f64) -> Stiffness {
+        let mut m = Stiffness::new(n);
+        for i in 0..n {
+            m.own_xx[i] = shift + entry();
+            m.own_xy[i] = entry();
+            m.own_yy[i] = shift + entry();
+            for next in [&mut m.next_xx, &mut m.next_xy, &mut m.next_yx, &mut m.next_yy] {
+                next[i] = entry();
+            }
+        }
+        m
+    }
+
+    /// The dense matrix, row `2i` for x of vertex i and `2i + 1` for y.
+    fn dense(m: &Stiffness, k: f64, g: [&[f64]; 2]) -> DMatrix<f64> {
+        let n = m.n;
+        let mut a = DMatrix::zeros(2 * n, 2 * n);
+        for i in 0..n {
+            let j = (i + 1) % n;
+            a[(2 * i, 2 * i)] += m.own_xx[i];
+            a[(2 * i, 2 * i + 1)] += m.own_xy[i];
+            a[(2 * i + 1, 2 * i)] += m.own_xy[i];
+            a[(2 * i + 1, 2 * i + 1)] += m.own_yy[i];
+            let between = [[m.next_xx[i], m.next_xy[i]], [m.next_yx[i], m.next_yy[i]]];
+            for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                a[(2 * i + r, 2 * j + c)] += between[r][c];
+                a[(2 * j + c, 2 * i + r)] += between[r][c];
+            }
+        }
+        let v = DVector::from_fn(2 * n, |row, _| g[row % 2][row / 2]);
+        a + k * &v * v.transpose()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        #[test]
+        fn the_solution_is_that_of_dense_elimination(
+            n in 3_usize..=40, k in prop_oneof![Just(0.0), 0.0..1e6_f64],
+            numbers in proptest::collection::vec(-1.0..1.0_f64, 11 * 40),
+        ) {
+            let mut numbers = numbers.into_iter();
+            let mut entry = || numbers.next().unwrap();
+            let m = matrix(n, 5.5, &mut entry);
+            let mut vector = || -> Vec<f64> { (0..n).map(|_| entry()).collect() };
+            let (gx, gy, bx, by) = (vector(), vector(), vector(), vector());
+            let (mut x, mut y) = (bx.clone(), by.clone());
+            CyclicSolver::new(n).solve(&m, k, [&gx, &gy], [&mut x, &mut y]).unwrap();
+            let a = dense(&m, k, [&gx, &gy]);
+            let b = DVector::from_fn(2 * n, |row, _| [&bx, &by][row % 2][row / 2]);
+            let got = DVector::from_fn(2 * n, |row, _| [&x, &y][row % 2][row / 2]);
+            let want = a.clone().lu().solve(&b).unwrap();
+            prop_assert!((&got - &want).norm() < 1e-10 * want.norm());
+            prop_assert!((&a * &got - &b).norm() < 1e-10 * (a.norm() * got.norm() + b.norm()));
+        }
+
+        #[test]
+        fn a_matrix_is_refused_exactly_if_it_has_a_negative_eigenvalue(
+            n in 3_usize..=12, shift in 0.0..5.0_f64,
+            numbers in proptest::collection::vec(-1.0..1.0_f64, 7 * 12),
+        ) {
+            let mut numbers = numbers.into_iter();
+            let m = matrix(n, shift, || numbers.next().unwrap());
+            let zero = vec![0.0; n];
+            let lowest = dense(&m, 0.0, [&zero, &zero]).symmetric_eigenvalues().min();
+            prop_assume!(lowest.abs() > 1e-9);
+            let (mut x, mut y) = (vec![1.0; n], vec![1.0; n]);
+            let solved = CyclicSolver::new(n).solve(&m, 0.0, [&zero, &zero], [&mut x, &mut y]);
+            prop_assert_eq!(solved.is_ok(), lowest > 0.0);
+        }
+    }
+}

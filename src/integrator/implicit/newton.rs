@@ -1,0 +1,361 @@
+//! One implicit step as a minimisation, by Newton's method.
+//!
+//! The displacements d that the step looks for minimise the incremental potential
+//!
+//! ```text
+//! Phi(d) = sum_i (w_i/2) |d_i - d*_i|^2 + U(x + d)
+//! ```
+//!
+//! with weights `w_i` of inertia and drag and free displacements `d*` that the time scheme sets. Newton's direction p solves
+//! `(w + U'') p = -Phi'` with a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`. Where that is not positive
+//! definite, only the positive parts of U'' are kept.
+//!
+//! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what it was
+//! down: Phi has fallen, which is judged by the slope because differences of Phi itself drown in round-off long before
+//! velocities of 1e-9 V_t are resolved.
+
+use crate::droplet::deformable::Ring;
+use crate::effects::stiffness::{Parts, Stiffness};
+use crate::effects::{Drag, EdgeForce};
+use crate::integrator::cyclic::CyclicSolver;
+use crate::integrator::verlet::{Kick, RingEffects, add_forces, edge_pass};
+use crate::on_level;
+use crate::vector::{LANES, inverse_sqrt, load, padded, store};
+use fearless_simd::{Level, f64x8, prelude::*};
+
+/// Most Newton steps before a time step is given up.
+const MOST_ITERATIONS: u32 = 25;
+
+/// Most cuts of one Newton step.
+const MOST_CUTS: u32 = 8;
+
+/// The last correction is smaller than this, in sigma, plus [`RELATIVE_TOLERANCE`] of the largest displacement.
+const TOLERANCE: f64 = 1e-14;
+
+/// Share of the largest displacement that the last correction may have.
+const RELATIVE_TOLERANCE: f64 = 1e-8;
+
+/// Corrections below this are taken whole: slopes drown in round-off.
+const NOT_CUT: f64 = 1e-11;
+
+/// Longest correction of one vertex in one Newton step, in sigma.
+const LONGEST: f64 = 0.02;
+
+/// Why a step could not be solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// Newton's method did not arrive.
+    #[error("Newton's method did not converge")]
+    NotConverged,
+    /// Not even the positive parts gave a positive matrix: the numbers are no longer finite.
+    #[error("the positions are no longer finite")]
+    NotFinite,
+}
+
+/// Vectors of x and y for each vertex, zero in the padding.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// x components, `padded(n)` long.
+    pub x: Vec<f64>,
+    /// y components, likewise.
+    pub y: Vec<f64>,
+}
+
+impl Field {
+    /// Zeros for `n` vertices.
+    pub fn zero(n: usize) -> Self {
+        Self { x: vec![0.0; padded(n)], y: vec![0.0; padded(n)] }
+    }
+
+    /// Largest length of a vector; not finite if one of them is not.
+    pub fn largest(&self) -> f64 {
+        let mut lanes = [0.0_f64; LANES];
+        for (x, y) in self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES)) {
+            for k in 0..LANES {
+                let squared = x[k] * x[k] + y[k] * y[k];
+                // A NaN must not pass for small, and stays once it is there.
+                lanes[k] = if squared <= lanes[k] || lanes[k].is_nan() { lanes[k] } else { squared };
+            }
+        }
+        lanes.iter().fold(0.0_f64, |a, &b| if b <= a || a.is_nan() { a } else { b }).sqrt()
+    }
+
+    fn still_padding(&mut self, n: usize) {
+        self.x[n..].fill(0.0);
+        self.y[n..].fill(0.0);
+    }
+}
+
+/// Work space of the minimisation.
+#[derive(Debug)]
+pub struct Newton {
+    /// Positions at the start of the step.
+    pub start: Field,
+    /// Displacements.
+    pub displacement: Field,
+    /// Free displacements d*.
+    pub free: Field,
+    /// Weights w.
+    pub weight: Vec<f64>,
+    /// How far any vertex may have moved since this was last set to zero.
+    pub travelled: f64,
+    residual: Field,
+    correction: Field,
+    area_gradient: Field,
+    half_pressure: f64,
+    edge_stiffness: [Vec<f64>; 3],
+    stiffness: Stiffness,
+    solver: CyclicSolver,
+}
+
+impl Newton {
+    /// Work space for `n` vertices.
+    pub fn new(n: usize) -> Self {
+        let field = || Field::zero(n);
+        let edges = || vec![0.0; padded(n) + LANES];
+        Self {
+            start: field(),
+            displacement: field(),
+            free: field(),
+            weight: vec![0.0; padded(n)],
+            travelled: 0.0,
+            residual: field(),
+            correction: field(),
+            area_gradient: field(),
+            half_pressure: 0.0,
+            edge_stiffness: [edges(), edges(), edges()],
+            stiffness: Stiffness::new(n),
+            solver: CyclicSolver::new(n),
+        }
+    }
+
+    /// Puts the ring at `start + displacement`, none of its vertices having been further than `distance` from there.
+    pub fn place<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, distance: f64) {
+        for i in 0..ring.n {
+            ring.x[i] = self.start.x[i] + self.displacement.x[i];
+            ring.y[i] = self.start.y[i] + self.displacement.y[i];
+        }
+        ring.close();
+        self.travelled += distance;
+        effects.walls.moved(distance, ring);
+        for other in &mut effects.others {
+            other.moved(distance, ring);
+        }
+    }
+
+    /// Adds `share` of the correction, whose largest vector is `size`.
+    fn go<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, share: f64, size: f64) {
+        for i in 0..ring.n {
+            self.displacement.x[i] += share * self.correction.x[i];
+            self.displacement.y[i] += share * self.correction.y[i];
+        }
+        self.place(ring, effects, share.abs() * size);
+    }
+
+    /// Minimises Phi from the present displacement on; returns the number of Newton steps.
+    ///
+    /// # Errors
+    /// [`Refusal`], with the ring wherever the search had got to.
+    pub fn minimise<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &mut RingEffects<E, D>,
+        level: Level,
+    ) -> Result<u32, Refusal> {
+        self.evaluate(ring, effects, level);
+        for iteration in 1..=MOST_ITERATIONS {
+            self.direct(ring, effects, level)?;
+            let size = self.correction.largest();
+            if !size.is_finite() {
+                return Err(Refusal::NotFinite);
+            }
+            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest() {
+                self.go(ring, effects, 1.0, size);
+                return Ok(iteration);
+            }
+            self.search(ring, effects, level, size);
+        }
+        Err(Refusal::NotConverged)
+    }
+
+    /// Newton's direction at the present positions.
+    fn direct<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &Ring,
+        effects: &RingEffects<E, D>,
+        level: Level,
+    ) -> Result<(), Refusal> {
+        for parts in [Parts::All, Parts::Positive] {
+            self.assemble(ring, effects, level, parts);
+            for (p, r) in [(&mut self.correction.x, &self.residual.x), (&mut self.correction.y, &self.residual.y)] {
+                p.iter_mut().zip(r).for_each(|(p, r)| *p = -r);
+            }
+            let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
+            let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
+            if self.solver.solve(&self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
+                return Ok(());
+            }
+        }
+        Err(Refusal::NotFinite)
+    }
+
+    /// Goes along the correction, cut until the slope of Phi is no longer steep and upwards.
+    fn search<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &mut RingEffects<E, D>,
+        level: Level,
+        size: f64,
+    ) {
+        let down = -self.slope();
+        let mut share = (LONGEST / size).min(1.0);
+        self.go(ring, effects, share, size);
+        self.evaluate(ring, effects, level);
+        if size < NOT_CUT {
+            return;
+        }
+        for _ in 0..MOST_CUTS {
+            let up = self.slope();
+            if up <= 0.5 * down {
+                return;
+            }
+            // Where a straight line through both slopes is level.
+            let level_at = if up.is_finite() { (down / (down + up)).max(0.1) } else { 0.1 };
+            self.go(ring, effects, share * (level_at - 1.0), size);
+            share *= level_at;
+            self.evaluate(ring, effects, level);
+        }
+    }
+
+    /// `p Phi'`.
+    fn slope(&self) -> f64 {
+        let (p, r) = (&self.correction, &self.residual);
+        let mut lanes = [0.0; LANES];
+        for i in (0..p.x.len()).step_by(LANES) {
+            for k in 0..LANES {
+                lanes[k] += p.x[i + k] * r.x[i + k] + p.y[i + k] * r.y[i + k];
+            }
+        }
+        lanes.iter().sum()
+    }
+
+    /// Phi' and the gradient of the area at the present positions.
+    fn evaluate<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &RingEffects<E, D>, level: Level) {
+        let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
+        let pushed = add_forces(ring, effects);
+        self.half_pressure = 0.5 * effects.area.pressure(area);
+        if pushed {
+            on_level!(level, simd => self.evaluate_with::<_, E, D, true>(simd, ring, effects));
+        } else {
+            on_level!(level, simd => self.evaluate_with::<_, E, D, false>(simd, ring, effects));
+        }
+        self.residual.still_padding(ring.n);
+        self.area_gradient.still_padding(ring.n);
+    }
+
+    #[inline(always)]
+    fn evaluate_with<S: Simd, E: EdgeForce, D: Drag, const PUSHED: bool>(
+        &mut self,
+        simd: S,
+        ring: &Ring,
+        effects: &RingEffects<E, D>,
+    ) {
+        let forces = Kick {
+            half_pressure: self.half_pressure,
+            weight: effects.gravity.force(),
+            stiffness: effects.edge,
+            drag: &effects.drag,
+            dt: 0.0,
+        };
+        for i in (0..self.weight.len()).step_by(LANES) {
+            let (fx, fy) = forces.net_force::<S, PUSHED>(simd, ring, i);
+            let weight = load(simd, &self.weight, i);
+            let off_x = load(simd, &self.displacement.x, i) - load(simd, &self.free.x, i);
+            let off_y = load(simd, &self.displacement.y, i) - load(simd, &self.free.y, i);
+            store(weight * off_x - fx, &mut self.residual.x, i);
+            store(weight * off_y - fy, &mut self.residual.y, i);
+            let chord_x = load(simd, &ring.edge_x, i + LANES) + load(simd, &ring.edge_x, i + LANES - 1);
+            let chord_y = load(simd, &ring.edge_y, i + LANES) + load(simd, &ring.edge_y, i + LANES - 1);
+            store(chord_y * 0.5, &mut self.area_gradient.x, i);
+            store(chord_x * -0.5, &mut self.area_gradient.y, i);
+        }
+    }
+
+    /// Fills the band of `w + U''` where Phi' was last evaluated.
+    fn assemble<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &Ring,
+        effects: &RingEffects<E, D>,
+        level: Level,
+        parts: Parts,
+    ) {
+        on_level!(level, simd => self.assemble_ring(simd, ring, effects, parts));
+        if effects.walls.acts() {
+            effects.walls.add_stiffness(ring, parts, &mut self.stiffness);
+        }
+        for other in effects.others.iter().filter(|other| other.acts()) {
+            other.add_stiffness(ring, parts, &mut self.stiffness);
+        }
+        self.stiffness.fold();
+    }
+
+    /// Weights, edges and the pressure, `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
+    #[inline(always)]
+    fn assemble_ring<S: Simd, E: EdgeForce, D: Drag>(
+        &mut self,
+        simd: S,
+        ring: &Ring,
+        effects: &RingEffects<E, D>,
+        parts: Parts,
+    ) {
+        let (n, long, zero) = (ring.n, padded(ring.n), f64x8::splat(simd, 0.0));
+        let [along_xx, along_xy, along_yy] = &mut self.edge_stiffness;
+        for i in (LANES..long + LANES).step_by(LANES) {
+            let (ex, ey) = (load(simd, &ring.edge_x, i), load(simd, &ring.edge_y, i));
+            let inverse_length =
+                if E::NEEDS_LENGTH { inverse_sqrt(simd, ex * ex + ey * ey + effects.eps_squared) } else { zero };
+            let mut across = effects.edge.coefficient(simd, inverse_length);
+            let mut slope = effects.edge.slope(simd, inverse_length);
+            if parts == Parts::Positive {
+                slope = across.simd_lt(zero).select(slope.max(zero), slope);
+                across = across.max(zero);
+            }
+            store(across + slope * ex * ex, along_xx, i);
+            store(slope * ex * ey, along_xy, i);
+            store(across + slope * ey * ey, along_yy, i);
+        }
+        for edges in [&mut *along_xx, &mut *along_xy, &mut *along_yy] {
+            edges[LANES - 1] = edges[LANES - 1 + n];
+        }
+        let turn = if parts == Parts::All { self.half_pressure } else { 0.0 };
+        let m = &mut self.stiffness;
+        for i in (0..long).step_by(LANES) {
+            let weight = load(simd, &self.weight, i);
+            let ahead = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES));
+            let behind = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES - 1));
+            store(weight + (ahead[0] + behind[0]), &mut m.own_xx, i);
+            store(ahead[1] + behind[1], &mut m.own_xy, i);
+            store(weight + (ahead[2] + behind[2]), &mut m.own_yy, i);
+            store(-ahead[0], &mut m.next_xx, i);
+            store(-ahead[1] - turn, &mut m.next_xy, i);
+            store(-ahead[1] + turn, &mut m.next_yx, i);
+            store(-ahead[2], &mut m.next_yy, i);
+        }
+        for own in [&mut m.own_xx, &mut m.own_xy, &mut m.own_yy] {
+            own[n..].fill(0.0);
+        }
+    }
+
+    /// Phi', the band of Phi'' and the gradient of the area with the ring where it is: what a test compares with differences.
+    pub fn derivatives<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &RingEffects<E, D>,
+        level: Level,
+        parts: Parts,
+    ) -> (Field, Stiffness, Field) {
+        self.evaluate(ring, effects, level);
+        self.assemble(ring, effects, level, parts);
+        (self.residual.clone(), self.stiffness.clone(), self.area_gradient.clone())
+    }
+}

@@ -1,0 +1,94 @@
+//! How long the next sub-step is: the nominal step halved as often as need be.
+//!
+//! A refused sub-step is retried at half its length; after [`SUCCESSES`] accepted ones in a row the length doubles, where the
+//! longer one still ends on a whole multiple of itself. So sub-steps always add up to the nominal step exactly.
+
+/// Most halvings: the smallest sub-step is `dt/65536`.
+pub const MOST_HALVINGS: u32 = 16;
+
+/// A nominal step, in units of the smallest sub-step.
+pub const WHOLE: u32 = 1 << MOST_HALVINGS;
+
+/// Accepted sub-steps in a row after which the length doubles.
+const SUCCESSES: u32 = 4;
+
+/// The present length of a sub-step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepControl {
+    halvings: u32,
+    successes: u32,
+}
+
+impl StepControl {
+    /// Length of the next sub-step in units of the smallest.
+    pub fn ticks(self) -> u32 {
+        WHOLE >> self.halvings
+    }
+
+    /// Length of the next sub-step, for a nominal step of `dt`.
+    pub fn length(self, dt: f64) -> f64 {
+        dt / f64::from(1_u32 << self.halvings)
+    }
+
+    /// Takes note that a sub-step was accepted and ended `at` ticks into the nominal step.
+    pub fn accepted(&mut self, at: u32) {
+        self.successes += 1;
+        if self.halvings > 0 && self.successes >= SUCCESSES && at.is_multiple_of(2 * self.ticks()) {
+            self.halvings -= 1;
+            self.successes = 0;
+        }
+    }
+
+    /// Halves the step; false if it is the smallest already.
+    pub fn refused(&mut self) -> bool {
+        self.successes = 0;
+        let shorter = self.halvings < MOST_HALVINGS;
+        self.halvings += u32::from(shorter);
+        shorter
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn sub_steps_add_up_to_whole_steps_whatever_is_refused(refusals in proptest::collection::vec(any::<bool>(), 300)) {
+            let mut control = StepControl::default();
+            let (mut at, mut wholes) = (0, 0);
+            for refused in refusals {
+                if refused {
+                    prop_assert!(control.refused() || control.ticks() == 1);
+                    continue;
+                }
+                let ticks = control.ticks();
+                prop_assert_eq!(at % ticks, 0);
+                at += ticks;
+                prop_assert!(at <= WHOLE);
+                control.accepted(at);
+                if at == WHOLE {
+                    (at, wholes) = (0, wholes + 1);
+                }
+            }
+            prop_assert_eq!(at % control.ticks(), 0);
+            prop_assert!(wholes <= 300);
+        }
+    }
+
+    #[test]
+    fn the_step_comes_back_to_its_full_length() {
+        let mut control = StepControl::default();
+        for _ in 0..3 {
+            control.refused();
+        }
+        let (mut at, mut taken) = (0, 0);
+        while control.ticks() < WHOLE {
+            at = (at + control.ticks()) % WHOLE;
+            control.accepted(if at == 0 { WHOLE } else { at });
+            taken += 1;
+        }
+        assert!(taken <= 3 * 2 * SUCCESSES, "{taken}");
+    }
+}

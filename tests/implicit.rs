@@ -1,0 +1,378 @@
+//! Laws of the implicit integrator: its second derivatives, its order, and the physics it shares with velocity-Verlet.
+
+use fearless_simd::Level;
+use meniscus::droplet::deformable::Ring;
+use meniscus::effects::EdgeForce;
+use meniscus::effects::area::Area;
+use meniscus::effects::contact::{Contact, WallContact};
+use meniscus::effects::far_drag::FarDrag;
+use meniscus::effects::gravity::Gravity;
+use meniscus::effects::perimeter::Perimeter;
+use meniscus::effects::stiffness::Parts;
+use meniscus::effects::tension::{LinearTension, Tension};
+use meniscus::integrator::implicit::ImplicitMotion;
+use meniscus::integrator::implicit::newton::Newton;
+use meniscus::integrator::verlet::{RingEffects, RingMotion};
+use meniscus::job::{ContactKind, MASS, regular_edge};
+use meniscus::scene::channel::ChannelWalls;
+use meniscus::scene::obstacles::ObstacleArray;
+use meniscus::scene::plate::Plate;
+use meniscus::scene::wall::Walls;
+use meniscus::trajectory::FailureClass;
+use std::sync::Arc;
+
+const N: usize = 128;
+const V_T: f64 = 0.03;
+const DELTA: f64 = std::f64::consts::PI / 256.0;
+const DT: f64 = 0.02;
+
+/// The literal stiffness of [C24] eq. 3, `4 eps_w/delta^2`.
+const LITERAL: f64 = 4.0 * 1e4 / (DELTA * DELTA);
+/// E_w = 1e4 shared by all edges.
+const TOTAL: f64 = 1e4 / N as f64;
+
+fn discs(x: &[f64], y: &[f64]) -> Arc<ObstacleArray> {
+    Arc::new(ObstacleArray::from_centres(40.0, 0.15, x, y))
+}
+
+/// Two discs with a gap of 0.3 between them, across the way of a droplet that starts at x = 10.
+fn funnel() -> Arc<ObstacleArray> {
+    discs(&[10.6, 10.6], &[10.3, 9.7])
+}
+
+fn contact<W: Walls>(walls: W, kind: ContactKind, n: usize, k_w: f64, delta: f64) -> Box<dyn WallContact> {
+    Box::new(Contact::new(Arc::new(walls), kind, n, k_w, delta, Level::new()))
+}
+
+fn effects<E: EdgeForce>(
+    discs: &Arc<ObstacleArray>,
+    n: usize,
+    edge: E,
+    k_a: f64,
+    k_w: f64,
+    level: Level,
+) -> RingEffects<E, FarDrag> {
+    let eps = 0.1 * regular_edge(n);
+    RingEffects {
+        edge,
+        area: Area { stiffness: k_a, rest: MASS },
+        gravity: Gravity::new(n),
+        drag: FarDrag { rate: 1.0 / V_T },
+        eps_squared: eps * eps,
+        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, k_w, DELTA, level)),
+        others: Vec::new(),
+    }
+}
+
+fn elastic(n: usize, gamma: f64, kappa: f64) -> (Tension, Perimeter) {
+    (Tension { gamma }, Perimeter { stiffness: kappa * gamma * n as f64, rest: regular_edge(n) })
+}
+
+fn circle(n: usize, x: f64) -> Ring {
+    Ring::regular(n, [x, 10.0], Ring::regular_radius(n))
+}
+
+/// A ring bent out of shape around `centre`, on no symmetry.
+fn bent(n: usize, centre: [f64; 2]) -> Ring {
+    let mut ring = Ring::regular(n, [0.0, 0.0], 0.5);
+    for i in 0..n {
+        let angle = 0.37 + 2.0 * std::f64::consts::PI * i as f64 / n as f64;
+        ring.x[i] = centre[0] + ring.x[i] * (1.0 + 0.1 * libm::sin(3.0 * angle) + 0.004 * libm::cos(17.0 * angle));
+        ring.y[i] = centre[1] + ring.y[i] * (1.0 + 0.07 * libm::cos(2.0 * angle));
+    }
+    ring.close();
+    ring
+}
+
+fn ek_ratio(kinetic: f64) -> f64 {
+    kinetic / (0.5 * MASS * V_T * V_T)
+}
+
+/// Second derivatives times a direction against central differences of the gradient, along 20 directions.
+fn check_stiffness<E: EdgeForce>(edge: E, area: Area, walls: Box<dyn WallContact>, ring: Ring, largest_turn: f64) {
+    let (n, eps) = (ring.n, 0.1 * regular_edge(ring.n));
+    let (gravity, drag) = (Gravity::off(), FarDrag { rate: 0.0 });
+    let mut effects = RingEffects { edge, area, gravity, drag, eps_squared: eps * eps, walls, others: Vec::new() };
+    effects.walls.moved(f64::INFINITY, &ring);
+    let mut newton = Newton::new(n);
+    let mut gradient_at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, Level::new(), Parts::All);
+    let (gradient, band, area_gradient) = gradient_at(&ring);
+    let largest = gradient.largest();
+    assert!(largest > 0.0, "the term must act on this ring");
+    let h = 1e-8;
+    for k in 0..20 {
+        let direction = |phase: f64| -> Vec<f64> {
+            (0..n).map(|i| libm::sin(phase + (1.0 + f64::from(k) * largest_turn) * i as f64)).collect()
+        };
+        let (vx, vy) = (direction(0.3), direction(1.9));
+        let shifted = |h: f64| {
+            let mut moved = ring.clone();
+            for i in 0..n {
+                moved.x[i] += h * vx[i];
+                moved.y[i] += h * vy[i];
+            }
+            moved.close();
+            moved
+        };
+        let (ahead, _, _) = gradient_at(&shifted(h));
+        let (behind, _, _) = gradient_at(&shifted(-h));
+        let (mut ax, mut ay) = band.times(&vx, &vy);
+        let along: f64 = (0..n).map(|i| area_gradient.x[i] * vx[i] + area_gradient.y[i] * vy[i]).sum();
+        for i in 0..n {
+            ax[i] += area.stiffness * along * area_gradient.x[i];
+            ay[i] += area.stiffness * along * area_gradient.y[i];
+        }
+        let scale = ax.iter().chain(&ay).fold(0.0_f64, |a, b| a.max(b.abs()));
+        for i in 0..n {
+            for (exact, a, b) in [(ax[i], ahead.x[i], behind.x[i]), (ay[i], ahead.y[i], behind.y[i])] {
+                let slope = (a - b) / (2.0 * h);
+                assert!((exact - slope).abs() < 2e-5 * scale, "direction {k} vertex {i}: {exact} {slope} of {scale}");
+            }
+        }
+    }
+}
+
+const NO_AREA: Area = Area { stiffness: 0.0, rest: MASS };
+
+fn no_walls() -> Box<dyn WallContact> {
+    contact(ObstacleArray::from_centres(40.0, 0.15, &[], &[]), ContactKind::Edge, N, 0.0, DELTA)
+}
+
+#[test]
+fn tension_has_the_second_derivatives_it_states() {
+    check_stiffness(Tension { gamma: 1.3 }, NO_AREA, no_walls(), bent(N, [10.0, 10.0]), 0.1);
+}
+
+#[test]
+fn perimeter_elasticity_has_the_second_derivatives_it_states() {
+    let edge = Perimeter { stiffness: 80.0, rest: regular_edge(N) };
+    check_stiffness(edge, NO_AREA, no_walls(), bent(N, [10.0, 10.0]), 0.1);
+}
+
+#[test]
+fn linear_tension_has_the_second_derivatives_it_states() {
+    let rest = regular_edge(N);
+    check_stiffness(LinearTension { stiffness: 1.3 / rest, rest }, NO_AREA, no_walls(), bent(N, [10.0, 10.0]), 0.1);
+}
+
+#[test]
+fn area_elasticity_has_the_second_derivatives_it_states() {
+    check_stiffness((), Area { stiffness: 2.0, rest: 0.5 }, no_walls(), bent(N, [0.0, 0.0]), 0.1);
+}
+
+#[test]
+fn contact_has_the_second_derivatives_it_states_for_every_shape_and_form() {
+    // Wide capsules overlap by much, so that the turning of the normals counts.
+    let wide = 0.1;
+    let ring = || bent(N, [0.0, 0.0]);
+    let array = || ObstacleArray::from_centres(40.0, 0.15, &[0.64, 0.1, 39.4], &[0.17, 0.66, 0.2]);
+    check_stiffness((), NO_AREA, contact(array(), ContactKind::Edge, N, 10.0, wide), ring(), 0.1);
+    check_stiffness((), NO_AREA, contact(array(), ContactKind::Vertex, N, 10.0, wide), ring(), 0.1);
+    let (mut top, mut nearest) = (0.0, f64::INFINITY);
+    for i in 0..N {
+        if ring().y[i] > 0.0 && ring().x[i].abs() < nearest {
+            (top, nearest) = (ring().y[i], ring().x[i].abs());
+        }
+    }
+    for tip_radius in [0.0, 0.1] {
+        let orifice = || ChannelWalls::new(2.0 * (top + 0.02), 45.0, tip_radius);
+        // Of edges on a flat face the stiffness leaves out that the point of contact moves, so only vertices are exact there.
+        check_stiffness((), NO_AREA, contact(orifice(), ContactKind::Vertex, N, 10.0, wide), ring(), 0.1);
+    }
+    let on_plate = bent(N, [-0.5, 0.0]);
+    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Vertex, N, 10.0, wide), on_plate, 0.1);
+}
+
+#[test]
+fn a_free_droplet_reaches_its_terminal_speed_exactly() {
+    let mut motion = ImplicitMotion::start(
+        circle(N, 10.0),
+        effects(&discs(&[], &[]), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, Level::new()),
+        DT,
+        Level::new(),
+    );
+    motion.advance(500).unwrap();
+    let seen = motion.observe();
+    assert!((seen.velocity / V_T - 1.0).abs() < 1e-9, "{}", seen.velocity / V_T - 1.0);
+    assert_eq!(motion.work.refused, 0);
+}
+
+#[test]
+fn the_scheme_is_of_second_order() {
+    // A droplet that relaxes and falls; fast modes have died when it is looked at.
+    let at_one = |steps: u32| {
+        let edge = elastic(64, 1.0, 0.1);
+        let free = effects(&discs(&[], &[]), 64, edge, 1e2, 0.0, Level::new());
+        let mut motion = ImplicitMotion::start(bent(64, [10.0, 10.0]), free, 1.0 / f64::from(steps), Level::new());
+        motion.largest_move = 1.0;
+        motion.advance(u64::from(steps)).unwrap();
+        assert_eq!(motion.work.refused, 0);
+        (motion.ring.x, motion.ring.y)
+    };
+    let exact = at_one(12_800);
+    let error = |steps| {
+        let (x, y) = at_one(steps);
+        (0..64).fold(0.0_f64, |a, i| a.max((x[i] - exact.0[i]).abs()).max((y[i] - exact.1[i]).abs()))
+    };
+    let errors = [100, 200, 400, 800].map(error);
+    for pair in errors.windows(2) {
+        let order = libm::log2(pair[0] / pair[1]);
+        assert!((1.8..2.3).contains(&order), "errors {errors:?}, order {order:.2}");
+    }
+}
+
+#[test]
+fn with_drag_the_total_energy_never_rises() {
+    for k_w in [TOTAL, LITERAL] {
+        let edge = elastic(N, 1.0, 1e-3);
+        let mut motion = ImplicitMotion::start(
+            circle(N, 9.9),
+            effects(&funnel(), N, edge, 1e4, k_w, Level::new()),
+            DT,
+            Level::new(),
+        );
+        let mut lowest = f64::INFINITY;
+        for _ in 0..1000 {
+            motion.advance(1).unwrap();
+            let seen = motion.observe();
+            let energy = seen.kinetic + seen.potential;
+            assert!(energy <= lowest + 1e-12, "rose by {:.2e}", energy - lowest);
+            lowest = lowest.min(energy);
+        }
+        assert!(motion.observe().contacts == 2, "the droplet must have met both discs");
+    }
+}
+
+/// Falls into the funnel until E_k/E_t < 1e-17; the time, and the centroid, of that.
+fn settle<E: EdgeForce>(motion: &mut ImplicitMotion<E, FarDrag>, longest: u32) -> (u32, [f64; 2]) {
+    for t in 1..=longest {
+        motion.advance(50).expect("every step can be solved");
+        motion.follow();
+        let seen = motion.observe();
+        if t > 5 && ek_ratio(seen.kinetic) < 1e-17 {
+            assert!(motion.engulfed().is_none() && seen.contacts == 2);
+            return (t, [seen.x, seen.y]);
+        }
+    }
+    panic!("E_k/E_t is still {:.2e}", ek_ratio(motion.observe().kinetic));
+}
+
+#[test]
+fn a_droplet_clogs_where_verlet_has_it_clog_whatever_the_wall_stiffness() {
+    let edge = elastic(N, 1.5, 1e-3);
+    let mut verlet =
+        RingMotion::start(circle(N, 9.9), effects(&funnel(), N, edge, 1e4, TOTAL, Level::new()), 1e-3, Level::new());
+    let mut seen = verlet.observe();
+    for t in 0..1000 {
+        verlet.advance(1000);
+        seen = verlet.observe();
+        if t > 5 && ek_ratio(seen.kinetic) < 1e-17 {
+            break;
+        }
+    }
+    assert!(ek_ratio(seen.kinetic) < 1e-17, "{:.2e}", ek_ratio(seen.kinetic));
+    for k_w in [TOTAL, LITERAL] {
+        let mut motion = ImplicitMotion::start(
+            circle(N, 9.9),
+            effects(&funnel(), N, edge, 1e4, k_w, Level::new()),
+            DT,
+            Level::new(),
+        );
+        let (_, at) = settle(&mut motion, 1000);
+        let off = ((at[0] - seen.x).powi(2) + (at[1] - seen.y).powi(2)).sqrt();
+        // With the same stiffness it is the same minimum of the energy, kept from merging by round-off alone.
+        assert!(off < if k_w == TOTAL { 1e-6 } else { 0.02 }, "{at:?} is {off:.2e} away from Verlet");
+    }
+}
+
+#[test]
+fn the_hard_corner_settles_with_its_area_kept() {
+    let n = 256;
+    let edge = elastic(n, 10.0, 1e-4);
+    let mut motion = ImplicitMotion::start(
+        circle(n, 9.9),
+        effects(&funnel(), n, edge, 1e6, LITERAL, Level::new()),
+        DT,
+        Level::new(),
+    );
+    settle(&mut motion, 1000);
+    let seen = motion.observe();
+    // Gamma/R over K_a is 2.5e-5 of the area, and the wall gives by less than 1e-6.
+    assert!(seen.area_error.unwrap().abs() < 1e-4 && seen.overlap < 1e-6, "{seen:?}");
+}
+
+#[test]
+fn a_droplet_thrown_at_a_disc_takes_shorter_steps_and_does_not_pass_through_it() {
+    let disc = discs(&[11.0], &[10.0]);
+    let thrown = |dt: f64| {
+        let mut motion = ImplicitMotion::start(
+            circle(N, 10.0),
+            effects(&disc, N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, Level::new()),
+            dt,
+            Level::new(),
+        );
+        motion.ring.ux[..N].fill(10.0);
+        motion
+    };
+    let mut motion = thrown(DT);
+    for _ in 0..50 {
+        motion.advance(1).unwrap();
+        assert!(motion.engulfed().is_none());
+        assert!(motion.observe().overlap < 0.5 * DELTA);
+    }
+    assert!(motion.work.refused > 0 && motion.work.accepted > 50);
+}
+
+#[test]
+fn a_step_that_cannot_be_solved_is_an_unstable_run_and_says_so() {
+    let mut motion = ImplicitMotion::start(
+        circle(N, 9.9),
+        effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, Level::new()),
+        DT,
+        Level::new(),
+    );
+    motion.advance(3).unwrap();
+    motion.effects.area.rest = f64::NAN;
+    let failure = motion.advance(1).unwrap_err();
+    assert_eq!((failure.class, failure.step), (FailureClass::Unstable, 3));
+    assert!(failure.reason.contains("no longer finite"), "{failure}");
+}
+
+#[test]
+fn every_instruction_set_gives_the_same_bits() {
+    let run = |level| {
+        let mut motion = ImplicitMotion::start(
+            circle(N, 9.9),
+            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, level),
+            DT,
+            level,
+        );
+        motion.advance(500).unwrap();
+        (motion.ring.x, motion.ring.y, motion.ring.ux, motion.ring.uy)
+    };
+    let plain = run(Level::fallback());
+    assert!(run(Level::new()) == plain);
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = Level::new().as_avx2() {
+        assert!(run(Level::Avx2(avx2)) == plain);
+    }
+}
+
+#[test]
+fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
+    let begin = || {
+        ImplicitMotion::start(
+            circle(N, 9.9),
+            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, Level::new()),
+            DT,
+            Level::new(),
+        )
+    };
+    let (mut whole, mut cut) = (begin(), begin());
+    whole.advance(500).unwrap();
+    for steps in [1, 7, 92, 300, 100] {
+        cut.advance(steps).unwrap();
+        cut.observe();
+    }
+    assert!(whole.ring.x == cut.ring.x && whole.ring.uy == cut.ring.uy);
+}
