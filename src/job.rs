@@ -5,9 +5,13 @@
 //! `#[serde(default, skip_serializing_if = ...)]` with the value that means "as before": old points keep their
 //! hashes, and nothing is computed twice.
 
+mod choices;
+mod identity;
+
+pub use choices::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness};
+pub use identity::{BadId, JobId, PointId};
+
 use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
 use std::sync::Arc;
 
 /// Raised whenever the same job would give different numbers; results of older versions then count as stale.
@@ -86,78 +90,6 @@ pub struct Deformable {
     #[serde(default, skip_serializing_if = "is_default")]
     pub engulfed: Engulfed,
 }
-
-/// Declares a choice among named ways, the first being the default.
-macro_rules! choice {
-    ($(#[$doc:meta])* $kind:ident { $(#[$first_doc:meta])* $first:ident = $first_name:literal, $($(#[$way_doc:meta])* $way:ident = $name:literal),+ $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        pub enum $kind {
-            $(#[$first_doc])*
-            #[default]
-            #[serde(rename = $first_name)]
-            $first,
-            $($(#[$way_doc])* #[serde(rename = $name)] $way),+
-        }
-        impl $kind {
-            /// All names, as campaign files write them; the default first.
-            pub const NAMES: &'static [&'static str] = &[$first_name, $($name),+];
-            /// The name that campaign files write.
-            pub const fn name(self) -> &'static str {
-                match self { Self::$first => $first_name, $(Self::$way => $name),+ }
-            }
-            /// The way of that name.
-            pub fn from_name(name: &str) -> Option<Self> {
-                match name { $first_name => Some(Self::$first), $($name => Some(Self::$way),)+ _ => None }
-            }
-        }
-    };
-}
-choice!(
-    /// What the wall stiffness E_w means.
-    WallStiffness {
-        /// Shared by all edges: `k_w = E_w/N_v`.
-        Total = "total",
-        /// The literal [C24] eq. 3: `k_w = 4 E_w/delta^2` for each.
-        PerVertex = "per_vertex",
-    }
-);
-choice!(
-    /// What of the ring touches walls.
-    ContactKind {
-        /// Its edges.
-        Edge = "edge",
-        /// Its vertices alone, the literal [C24] eq. 3.
-        Vertex = "vertex",
-    }
-);
-choice!(
-    /// How gravity acts on the ring.
-    GravityForm {
-        /// `M/N_v` on each vertex.
-        Vertex = "vertex",
-        /// Minus the gradient of the area centroid: a hydrostatic pressure.
-        Centroid = "centroid",
-    }
-);
-choice!(
-    /// Whether the ring repels itself.
-    SelfContact {
-        /// Where it folds back, and at no cost elsewhere.
-        Auto = "auto",
-        /// Not at all.
-        Off = "off",
-    }
-);
-choice!(
-    /// What happens when an obstacle comes to lie inside the ring.
-    Engulfed {
-        /// The run fails.
-        Fail = "fail",
-        /// It goes on, and is marked.
-        Record = "record",
-    }
-);
 
 /// Whether a field has the value that means "as before the field was there".
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -304,21 +236,6 @@ pub enum JobState {
     Failed,
 }
 
-/// Identity of a grid point: 80 bits of the hash of its canonical form, written as 20 hex digits.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PointId(u128);
-
-/// Identity of a job: 80 bits of the hash of point, seed and physics version, written as 20 hex digits.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct JobId(u128);
-
-/// The first 80 bits of a blake3 hash; a million ids collide with probability 4e-13.
-fn first_80_bits(hash: blake3::Hash) -> u128 {
-    let mut wide = [0_u8; 16];
-    wide[6..].copy_from_slice(&hash.as_bytes()[..10]);
-    u128::from_be_bytes(wide)
-}
-
 impl Point {
     /// The canonical text of this point, the one that is hashed and stored.
     ///
@@ -329,7 +246,7 @@ impl Point {
 
     /// Identity of this grid point.
     pub fn id(&self) -> PointId {
-        PointId(first_80_bits(blake3::hash(self.canonical().as_bytes())))
+        PointId::of_canonical(&self.canonical())
     }
 }
 
@@ -339,47 +256,6 @@ impl Job {
         JobId::new(self.point_id, self.seed)
     }
 }
-
-impl JobId {
-    /// Identity of the run `seed` of a grid point, under the current [`PHYSICS_VERSION`].
-    pub fn new(point: PointId, seed: u64) -> Self {
-        let mut bytes = [0_u8; 28];
-        bytes[..16].copy_from_slice(&point.0.to_be_bytes());
-        bytes[16..24].copy_from_slice(&seed.to_be_bytes());
-        bytes[24..].copy_from_slice(&PHYSICS_VERSION.to_be_bytes());
-        Self(first_80_bits(blake3::hash(&bytes)))
-    }
-}
-
-/// A text that is not 20 hex digits.
-#[derive(Debug, thiserror::Error)]
-#[error("`{0}` is no id: an id has 20 hexadecimal digits (see the column job_id of `runs`)")]
-pub struct BadId(String);
-
-macro_rules! hex_id {
-    ($id:ident) => {
-        impl fmt::Display for $id {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "{:020x}", self.0)
-            }
-        }
-        impl fmt::Debug for $id {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                fmt::Display::fmt(self, f)
-            }
-        }
-        impl FromStr for $id {
-            type Err = BadId;
-            fn from_str(text: &str) -> Result<Self, BadId> {
-                let digits = text.len() == 20 && text.bytes().all(|c| c.is_ascii_hexdigit());
-                let value = u128::from_str_radix(text, 16).ok().filter(|_| digits);
-                value.map(Self).ok_or_else(|| BadId(text.to_owned()))
-            }
-        }
-    };
-}
-hex_id!(PointId);
-hex_id!(JobId);
 
 impl JobState {
     /// The name used in the column `state`.

@@ -161,13 +161,16 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
         let energy = seen.kinetic + seen.potential;
         let rise = energy - lowest_energy;
         if !(rise < ENERGY_RISE_LIMIT) {
-            let reason = format!("the total energy rose by {rise:.3e} at t = {t}; lower dt");
+            let reason =
+                format!("the total energy rose by {rise:.3e} at t = {t}; lower dt, or see it with `meniscus render`");
             // Nothing sound is left of the droplet, so the shape of the check before is kept.
             return Err(fail(FailureClass::Unstable, reason, shape));
         }
         shape = motion.shape(t);
         if let Some([x, y]) = motion.engulfed().filter(|_| fail_engulfed) {
-            let reason = format!("the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w");
+            let reason = format!(
+                "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with `meniscus render`"
+            );
             return Err(fail(FailureClass::Engulfed, reason, shape));
         }
         if motion.crosses() {
