@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Take up no job after this time: 90s, 45m, 8h, 2d
+    /// Stop after this time: 90s, 45m, 8h, 2d; trajectories under way begin anew next time
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     deadline: Option<Duration>,
     /// Run failed jobs of this class again: unstable, engulfed, crossed, panicked, io, bad_input, or all
