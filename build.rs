@@ -12,6 +12,11 @@ fn main() {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     println!("cargo::rustc-env=MENISCUS_COMMIT={commit}");
     println!("cargo::rustc-env=MENISCUS_RUSTC={}", output(&rustc, &["--version"]).unwrap_or_else(unknown));
-    println!("cargo::rerun-if-changed=.git/HEAD");
+    // Written by every commit and checkout; a file that is not there would start this script at every build.
+    for path in [".git/HEAD", ".git/logs/HEAD"] {
+        if std::path::Path::new(path).exists() {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
     println!("cargo::rerun-if-changed=build.rs");
 }
