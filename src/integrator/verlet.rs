@@ -51,7 +51,12 @@ pub struct RingEffects<E, D> {
 impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
     /// Potential energy of all effects on `ring`.
     pub fn potential_energy(&self, ring: &Ring) -> f64 {
-        let mut energy = self.area.energy(ring.area_and_perimeter().0) + self.walls.energy(ring);
+        self.energy_with(ring, self.walls.energy(ring))
+    }
+
+    /// The same, the energy of the contacts being known.
+    fn energy_with(&self, ring: &Ring, contact: f64) -> f64 {
+        let mut energy = self.area.energy(ring.area_and_perimeter().0) + contact;
         energy += self.others.iter().map(|other| other.energy(ring)).sum::<f64>();
         for i in 0..ring.n {
             let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
@@ -72,7 +77,7 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
             y: centroid[1] + ring.origin[1],
             velocity: velocity[0],
             kinetic: 0.5 * ring.vertex_mass() * squares,
-            potential: self.potential_energy(ring),
+            potential: self.energy_with(ring, contact.energy),
             shape: Some(perimeter * perimeter / (4.0 * PI * area)),
             area_error: Some(area / self.area.rest - 1.0),
             overlap: contact.overlap,
@@ -135,13 +140,7 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
             let (ring, effects) = (&mut self.ring, &self.effects);
             let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
             let pushed = add_forces(ring, effects);
-            let kick = Kick {
-                half_pressure: 0.5 * effects.area.pressure(area),
-                weight: effects.gravity.force(),
-                stiffness: effects.edge,
-                drag: &effects.drag,
-                dt,
-            };
+            let kick = Kick::of(effects, area, dt);
             let fastest_squared = if pushed {
                 on_level!(level, simd => kick.kick_and_drift::<_, true>(simd, ring))
             } else {
@@ -168,13 +167,7 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
             ring.force_x.fill(0.0);
             ring.force_y.fill(0.0);
         }
-        let kick = Kick {
-            half_pressure: 0.5 * effects.area.pressure(area),
-            weight: effects.gravity.force(),
-            stiffness: effects.edge,
-            drag: &effects.drag,
-            dt: self.dt,
-        };
+        let kick = Kick::of(effects, area, self.dt);
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
         for i in (0..ring.ux.len()).step_by(LANES) {
             let (x, y) = kick.net_force::<_, true>(simd, ring, i);
@@ -289,7 +282,19 @@ pub(super) struct Kick<'a, E, D> {
     pub(super) dt: f64,
 }
 
-impl<E: EdgeForce, D: Drag> Kick<'_, E, D> {
+impl<'a, E: EdgeForce, D: Drag> Kick<'a, E, D> {
+    /// The second pass of a step of `dt`, at this area of the ring.
+    #[inline(always)]
+    pub(super) fn of(effects: &'a RingEffects<E, D>, area: f64, dt: f64) -> Self {
+        Self {
+            half_pressure: 0.5 * effects.area.pressure(area),
+            weight: effects.gravity.force(),
+            stiffness: effects.edge,
+            drag: &effects.drag,
+            dt,
+        }
+    }
+
     /// Sum of all forces but drag on the vertices `i..i + 8`.
     #[inline(always)]
     pub(super) fn net_force<S: Simd, const PUSHED: bool>(

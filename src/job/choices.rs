@@ -69,7 +69,7 @@ choice!(
     Engulfed {
         /// The run fails.
         Fail = "fail",
-        /// It goes on, and is marked.
+        /// It goes on; the record does not say so yet.
         Record = "record",
     }
 );
