@@ -5,8 +5,9 @@ mod start;
 pub use start::is_linear;
 
 use crate::droplet::Observation;
+use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
-use crate::effects::self_contact::SelfContact;
+use crate::effects::self_contact;
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::verlet::RingMotion;
 use crate::job::{Engulfed, Job, Model, Point, Scene};
@@ -48,8 +49,8 @@ pub(crate) trait Motion {
     fn shape(&self, t: f64) -> ShapeRecord;
     /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
-    /// Whether the droplet's outline crosses itself.
-    fn crosses(&self) -> bool;
+    /// The droplet's outline, if it has one.
+    fn ring(&self) -> Option<&Ring>;
 }
 
 impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
@@ -68,8 +69,8 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         RingMotion::engulfed(self)
     }
-    fn crosses(&self) -> bool {
-        SelfContact::crosses(&self.ring)
+    fn ring(&self) -> Option<&Ring> {
+        Some(&self.ring)
     }
 }
 
@@ -89,8 +90,8 @@ impl<W: Walls> Motion for SoftMotion<W> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
     }
-    fn crosses(&self) -> bool {
-        false
+    fn ring(&self) -> Option<&Ring> {
+        None
     }
 }
 
@@ -136,7 +137,10 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
     }
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
-    let fail_engulfed = !matches!(&point.model, Model::Deformable(ring) if ring.engulfed == Engulfed::Record);
+    let (delta, fail_engulfed) = match &point.model {
+        Model::Deformable(ring) => (ring.delta, ring.engulfed == Engulfed::Fail),
+        Model::Soft(_) => (0.0, false),
+    };
     // Where a droplet counts as through, and what coming to rest is called.
     let (h_end, at_rest) = match &point.scene {
         Scene::Obstacles(_) => (f64::INFINITY, Outcome::Clogged),
@@ -173,7 +177,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             );
             return Err(fail(FailureClass::Engulfed, reason, shape));
         }
-        if motion.crosses() {
+        if motion.ring().is_some_and(|ring| self_contact::crosses(ring, delta)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
             return Err(fail(FailureClass::Crossed, reason, shape));
         }

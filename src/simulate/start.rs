@@ -149,4 +149,4 @@ impl<W: Walls> Start<'_, W> {
 }
 
 /// Total stiffness of the ring against itself.
-const SELF_STIFFNESS: f64 = 1e4;
+const SELF_STIFFNESS: f64 = 1e5;
