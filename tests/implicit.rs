@@ -176,11 +176,12 @@ fn contact_has_the_second_derivatives_it_states_for_every_shape_and_form() {
     }
     for tip_radius in [0.0, 0.1] {
         let orifice = || ChannelWalls::new(2.0 * (top + 0.02), 45.0, tip_radius);
-        // Of edges on a flat face the stiffness leaves out that the point of contact moves, so only vertices are exact there.
+        check_stiffness((), NO_AREA, contact(orifice(), ContactKind::Edge, N, 10.0, wide), ring(), 0.1);
         check_stiffness((), NO_AREA, contact(orifice(), ContactKind::Vertex, N, 10.0, wide), ring(), 0.1);
     }
-    let on_plate = bent(N, [-0.5, 0.0]);
-    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Vertex, N, 10.0, wide), on_plate, 0.1);
+    let on_plate = || bent(N, [-0.5, 0.0]);
+    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Vertex, N, 10.0, wide), on_plate(), 0.1);
+    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Edge, N, 10.0, wide), on_plate(), 0.1);
 }
 
 #[test]

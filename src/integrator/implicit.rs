@@ -184,6 +184,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             return Err(Refused::TooFar(far));
         }
         scheme.accept(ring, newton, &mut self.earlier);
+        self.effects.settled(ring);
         self.earlier.step = h;
         self.work.accepted += 1;
         self.work.iterations += u64::from(iterations);

@@ -6,7 +6,8 @@ use crate::job::{JobId, JobState};
 use proptest::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 
-const SPEED: Speed = Speed { deformable_ns_per_vertex_step: 2.0, soft_ns_per_step: 50.0 };
+const SPEED: Speed =
+    Speed { deformable_ns_per_vertex_step: 2.0, implicit_ns_per_vertex_newton: 30.0, soft_ns_per_step: 50.0 };
 
 fn campaign(body: &str) -> Campaign {
     let head = "name = \"c\"\nscene = \"obstacles\"\nsigma_ob = 0.3\ndensity = 0.35\n";

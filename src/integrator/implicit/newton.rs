@@ -12,7 +12,12 @@
 //!
 //! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what it was
 //! down: Phi has fallen, which is judged by the slope because differences of Phi itself drown in round-off long before
-//! velocities of 1e-9 V_t are resolved.
+//! velocities of 1e-9 V_t are resolved. Nor may a cut step end short of the bottom, for the slope has kinks where a hard wall is
+//! touched: a step that ends just before the wall does not learn of it, and the next one is the same again.
+//!
+//! A ring that slides round an obstacle loses touch in every prediction, by the little that a tangent leads away from a
+//! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that pushed at the
+//! end of the time step before, and is taken whole; then they are free to open.
 
 use crate::droplet::deformable::Ring;
 use crate::effects::stiffness::{Parts, Stiffness};
@@ -27,7 +32,7 @@ use fearless_simd::{Level, f64x8, prelude::*};
 const MOST_ITERATIONS: u32 = 25;
 
 /// Most cuts of one Newton step.
-const MOST_CUTS: u32 = 8;
+const MOST_CUTS: u32 = 14;
 
 /// The last correction is smaller than this, in sigma, plus [`RELATIVE_TOLERANCE`] of the largest displacement.
 const TOLERANCE: f64 = 1e-14;
@@ -162,12 +167,21 @@ impl Newton {
         effects: &mut RingEffects<E, D>,
         level: Level,
     ) -> Result<u32, Refusal> {
+        let mut held = effects.hold(ring);
         self.evaluate(ring, effects, level);
         for iteration in 1..=MOST_ITERATIONS {
-            self.direct(ring, effects, level)?;
+            let found = self.direct(ring, effects, level);
+            effects.let_go();
+            found?;
             let size = self.correction.largest();
             if !size.is_finite() {
                 return Err(Refusal::NotFinite);
+            }
+            if held {
+                held = false;
+                self.go(ring, effects, (LONGEST / size).min(1.0), size);
+                self.evaluate(ring, effects, level);
+                continue;
             }
             if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest() {
                 self.go(ring, effects, 1.0, size);
@@ -199,7 +213,7 @@ impl Newton {
         Err(Refusal::NotFinite)
     }
 
-    /// Goes along the correction, cut until the slope of Phi is no longer steep and upwards.
+    /// Goes along the correction, cut until the slope of Phi is no longer steep.
     fn search<E: EdgeForce, D: Drag>(
         &mut self,
         ring: &mut Ring,
@@ -214,16 +228,27 @@ impl Newton {
         if size < NOT_CUT {
             return;
         }
-        for _ in 0..MOST_CUTS {
-            let up = self.slope();
-            if up <= 0.5 * down {
+        let mut up = self.slope();
+        // The bottom lies between two lengths: at the first the slope leads down, at the second up.
+        let (mut low, mut high) = ((0.0, -down), (share, up));
+        for cut in 0..MOST_CUTS {
+            if up <= 0.5 * down && (cut == 0 || up >= -0.9 * down) {
                 return;
             }
-            // Where a straight line through both slopes is level.
-            let level_at = if up.is_finite() { (down / (down + up)).max(0.1) } else { 0.1 };
-            self.go(ring, effects, share * (level_at - 1.0), size);
-            share *= level_at;
+            // Where a straight line through both slopes is level; every third time half way, for kinks mislead it.
+            let width = high.0 - low.0;
+            let level_at = if cut % 3 == 2 { 0.5 } else { low.1 / (low.1 - high.1) };
+            let level_at = if level_at.is_finite() { level_at.clamp(0.01, 0.99) } else { 0.1 };
+            let next = low.0 + level_at * width;
+            self.go(ring, effects, next - share, size);
+            share = next;
             self.evaluate(ring, effects, level);
+            up = self.slope();
+            if up <= 0.0 {
+                low = (share, up);
+            } else {
+                high = (share, up);
+            }
         }
     }
 

@@ -1,0 +1,64 @@
+//! Which integrator a job takes, and with what time step: settled before it starts, from what either costs.
+//!
+//! The cost of a unit of time, per vertex, is `cost of a step/dt`. Verlet's steps are cheap, but `dt` is bound by the stiffest force
+//! ([`crate::stability`]); an implicit step costs several Newton steps, each like a dozen of Verlet's, and its `dt` is a
+//! matter of accuracy alone. So Verlet is the cheaper one until its bound falls below about 3e-4. The costs are constants, not
+//! measured anew, because the choice is part of a job's identity.
+//!
+//! Example: with the literal wall stiffness at N_v = 256 Verlet needs `dt < 6.8e-6`, which costs 50 times as much as `dt = 0.02`.
+
+use crate::job::{Integrator, IntegratorChoice, Model, Point, Stepping};
+use crate::stability::StabilityLimit;
+
+/// Cost of a Verlet step, in ns per vertex.
+pub const VERLET_STEP_NS: f64 = 3.0;
+
+/// Cost of a Newton step, in ns per vertex.
+pub const NEWTON_STEP_NS: f64 = 40.0;
+
+/// Newton steps that an implicit step takes on average.
+pub const NEWTON_STEPS: f64 = 5.0;
+
+/// Time step of the implicit integrator under `dt = "auto"`, for droplets no faster than the largest of the source paper.
+pub const IMPLICIT_DT: f64 = 0.02;
+
+/// Largest way of a free droplet in one implicit step under `dt = "auto"`, in sigma: a quarter of what a step may move a vertex.
+const IMPLICIT_WAY: f64 = 0.25 * crate::integrator::implicit::LARGEST_MOVE;
+
+/// The implicit step that `dt = "auto"` stands for: 0.02, or less for droplets faster than 0.077.
+pub fn implicit_dt(v_t: f64) -> f64 {
+    IMPLICIT_DT.min(IMPLICIT_WAY / v_t)
+}
+
+/// Estimated cost of a unit of time, in ns per vertex.
+pub fn cost_per_t0(stepping: &Stepping) -> f64 {
+    let step = match stepping.integrator {
+        Integrator::Verlet => VERLET_STEP_NS,
+        Integrator::Implicit => NEWTON_STEPS * NEWTON_STEP_NS,
+    };
+    step / stepping.dt
+}
+
+/// Both integrators with the steps that `dt = "auto"` gives them: Verlet, implicit.
+pub fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
+    [
+        Stepping { integrator: Integrator::Verlet, dt: limit.auto_dt() },
+        Stepping { integrator: Integrator::Implicit, dt: implicit_dt(point.v_t) },
+    ]
+}
+
+/// The stepping of a point (its own is not read): `auto` takes the cheaper candidate. A step that is given is Verlet's, unless
+/// the implicit integrator is asked for by name; whether Verlet can bear it is for others to check.
+pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
+    let [verlet, implicit] = candidates(point, limit);
+    let cheaper = match (&point.model, dt) {
+        (Model::Deformable(_), None) => cost_per_t0(&implicit) < cost_per_t0(&verlet),
+        (Model::Soft(_), _) | (_, Some(_)) => false,
+    };
+    let chosen = match asked {
+        IntegratorChoice::Implicit => implicit,
+        IntegratorChoice::Auto if cheaper => implicit,
+        IntegratorChoice::Verlet | IntegratorChoice::Auto => verlet,
+    };
+    Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
+}
