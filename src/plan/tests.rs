@@ -147,6 +147,37 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
 }
 
 #[test]
+fn the_text_says_which_integrator_takes_what_and_why() {
+    let body = |keys: &str| format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\ngamma = 1.0\n{keys}");
+    for (keys, line) in [
+        ("", "verlet   implicit would cost"),
+        ("integrator = \"auto\"\nwall = \"per_vertex\"", "implicit verlet, its step bound by wall, would cost"),
+        (
+            "grid = { n_vertices = [64, 2048] }",
+            "implicit at 1 of 2 points: verlet, its step bound by tension, would cost",
+        ),
+        ("integrator = \"implicit\"", "implicit asked for"),
+        ("n_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
+    ] {
+        let text = fresh(&campaign(&body(keys))).render(2);
+        assert!(text.contains(line), "{line} is not in\n{text}");
+    }
+    assert!(fresh(&soft(1, "[1.0]")).render(2).contains("verlet   the integrator of SP"));
+}
+
+#[test]
+fn the_choice_of_the_integrator_leaves_a_job_that_verlet_takes_its_identity() {
+    let points = |keys: &str| {
+        let body =
+            format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}\ngrid = {{ gamma = [0.1, 1.0, 10.0] }}");
+        campaign(&body).blocks[0].point_ids.clone()
+    };
+    assert_eq!(points(""), points("integrator = \"verlet\""));
+    assert_eq!(points(""), points("integrator = \"auto\""));
+    assert_ne!(points(""), points("integrator = \"implicit\""));
+}
+
+#[test]
 fn known_jobs_may_come_in_any_order() {
     let campaign = soft(20, "[1.0]");
     let mut done: Vec<_> = fresh(&campaign).jobs.iter().map(|job| (job.id, JobState::Done)).collect();

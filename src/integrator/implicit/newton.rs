@@ -206,7 +206,7 @@ impl Newton {
             }
             let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
             let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
-            if self.solver.solve(&self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
+            if self.solver.solve(level, &self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
                 return Ok(());
             }
         }
