@@ -6,7 +6,7 @@ use crate::campaign::Block;
 use crate::campaign::interval::cut_to_three_digits;
 use crate::job::{Integrator, IntegratorChoice, Model, Point};
 use crate::stability::StabilityLimit;
-use crate::stepping::{candidates, cost_per_t0};
+use crate::stepping::{candidates, choose, cost_per_t0};
 
 /// Points that take the same integrator for the same reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,9 +52,14 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
                 (Reason::Asked, _) => "asked for".to_owned(),
                 (Reason::NoOther, _) => "the integrator of SP".to_owned(),
                 (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
-                (Reason::Cheaper(_), Integrator::Verlet) => format!("implicit would cost {times} times as much"),
+                (Reason::Cheaper(_), Integrator::Verlet) if low < 1.0 => {
+                    format!("implicit would cost {times} times as much, and is taken where it halves the cost")
+                }
+                (Reason::Cheaper(_), Integrator::Verlet) => {
+                    format!("the cheaper one: implicit would cost {times} times as much")
+                }
                 (Reason::Cheaper(term), Integrator::Implicit) => {
-                    format!("verlet, its step bound by {term}, would cost {times} times as much")
+                    format!("the cheaper one: verlet, its step bound by {term}, would cost {times} times as much")
                 }
             };
             Chosen { integrator: integrator.name(), points: savings.len(), why }
@@ -65,15 +70,15 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
 /// The reason of a point, and how many times as much the other integrator would cost.
 fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Reason, f64) {
     let [verlet, implicit] = candidates(point, limit).map(|stepping| cost_per_t0(&stepping));
-    let (saving, auto_dt) = match point.stepping.integrator {
-        Integrator::Verlet => (implicit / verlet, limit.auto_dt()),
-        Integrator::Implicit => (verlet / implicit, point.stepping.dt),
+    let saving = match point.stepping.integrator {
+        Integrator::Verlet => implicit / verlet,
+        Integrator::Implicit => verlet / implicit,
     };
     let reason = match (&point.model, asked) {
         (Model::Soft(_), _) => Reason::NoOther,
         (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.
-        _ if point.stepping.dt != auto_dt || saving < 1.0 => Reason::StepGiven,
+        _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
         // Verlet is bound by one term or another, which does not matter where it is the cheaper.
         _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
         _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),

@@ -150,12 +150,16 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
 fn the_text_says_which_integrator_takes_what_and_why() {
     let body = |keys: &str| format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\ngamma = 1.0\n{keys}");
     for (keys, line) in [
-        ("", "verlet   implicit would cost"),
-        ("integrator = \"auto\"\nwall = \"per_vertex\"", "implicit verlet, its step bound by wall, would cost"),
+        ("", "verlet   the cheaper one: implicit would cost"),
+        (
+            "integrator = \"auto\"\nwall = \"per_vertex\"",
+            "implicit the cheaper one: verlet, its step bound by wall, would cost",
+        ),
         (
             "grid = { n_vertices = [64, 2048] }",
-            "implicit at 1 of 2 points: verlet, its step bound by tension, would cost",
+            "implicit at 1 of 2 points: the cheaper one: verlet, its step bound by tension, would cost",
         ),
+        ("n_vertices = 1024", "and is taken where it halves the cost"),
         ("integrator = \"implicit\"", "implicit asked for"),
         ("n_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
     ] {

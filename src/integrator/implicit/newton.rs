@@ -74,15 +74,16 @@ impl Field {
 
     /// Largest length of a vector; not finite if one of them is not.
     pub fn largest(&self) -> f64 {
-        let mut lanes = [0.0_f64; LANES];
+        let (mut lanes, mut odd) = ([0.0_f64; LANES], [0.0; LANES]);
         for (x, y) in self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES)) {
             for k in 0..LANES {
                 let squared = x[k] * x[k] + y[k] * y[k];
-                // A NaN must not pass for small, and stays once it is there.
-                lanes[k] = if squared <= lanes[k] || lanes[k].is_nan() { lanes[k] } else { squared };
+                lanes[k] = if squared > lanes[k] { squared } else { lanes[k] };
+                // Zero for a number, and for nothing else: a NaN must not pass for small.
+                odd[k] += squared * 0.0;
             }
         }
-        lanes.iter().fold(0.0_f64, |a, &b| if b <= a || a.is_nan() { a } else { b }).sqrt()
+        lanes.iter().fold(0.0_f64, |a, &b| if b > a { b } else { a }).sqrt() + odd.iter().sum::<f64>()
     }
 
     fn still_padding(&mut self, n: usize) {
@@ -136,9 +137,14 @@ impl Newton {
 
     /// Puts the ring at `start + displacement`, none of its vertices having been further than `distance` from there.
     pub fn place<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, distance: f64) {
-        for i in 0..ring.n {
-            ring.x[i] = self.start.x[i] + self.displacement.x[i];
-            ring.y[i] = self.start.y[i] + self.displacement.y[i];
+        let n = ring.n;
+        for (to, start, by) in [
+            (&mut ring.x[..n], &self.start.x[..n], &self.displacement.x[..n]),
+            (&mut ring.y[..n], &self.start.y[..n], &self.displacement.y[..n]),
+        ] {
+            for i in 0..n {
+                to[i] = start[i] + by[i];
+            }
         }
         ring.close();
         self.travelled += distance;
@@ -150,9 +156,14 @@ impl Newton {
 
     /// Adds `share` of the correction, whose largest vector is `size`.
     fn go<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, share: f64, size: f64) {
-        for i in 0..ring.n {
-            self.displacement.x[i] += share * self.correction.x[i];
-            self.displacement.y[i] += share * self.correction.y[i];
+        let n = ring.n;
+        for (to, by) in [
+            (&mut self.displacement.x[..n], &self.correction.x[..n]),
+            (&mut self.displacement.y[..n], &self.correction.y[..n]),
+        ] {
+            for i in 0..n {
+                to[i] += share * by[i];
+            }
         }
         self.place(ring, effects, share.abs() * size);
     }
@@ -256,9 +267,11 @@ impl Newton {
     fn slope(&self) -> f64 {
         let (p, r) = (&self.correction, &self.residual);
         let mut lanes = [0.0; LANES];
-        for i in (0..p.x.len()).step_by(LANES) {
+        let (px, py) = (p.x.chunks_exact(LANES), p.y.chunks_exact(LANES));
+        let (rx, ry) = (r.x.chunks_exact(LANES), r.y.chunks_exact(LANES));
+        for ((px, py), (rx, ry)) in px.zip(py).zip(rx.zip(ry)) {
             for k in 0..LANES {
-                lanes[k] += p.x[i + k] * r.x[i + k] + p.y[i + k] * r.y[i + k];
+                lanes[k] += px[k] * rx[k] + py[k] * ry[k];
             }
         }
         lanes.iter().sum()
