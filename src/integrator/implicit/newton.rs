@@ -23,6 +23,7 @@ use crate::droplet::deformable::Ring;
 use crate::effects::stiffness::{Parts, Stiffness};
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::cyclic::CyclicSolver;
+use crate::integrator::implicit::field::Field;
 use crate::integrator::verlet::{Kick, RingEffects, add_forces, edge_pass};
 use crate::on_level;
 use crate::vector::{LANES, inverse_sqrt, load, padded, store};
@@ -55,41 +56,6 @@ pub enum Refusal {
     /// Not even the positive parts gave a positive matrix: the numbers are no longer finite.
     #[error("the positions are no longer finite")]
     NotFinite,
-}
-
-/// Vectors of x and y for each vertex, zero in the padding.
-#[derive(Clone, Debug)]
-pub struct Field {
-    /// x components, `padded(n)` long.
-    pub x: Vec<f64>,
-    /// y components, likewise.
-    pub y: Vec<f64>,
-}
-
-impl Field {
-    /// Zeros for `n` vertices.
-    pub fn zero(n: usize) -> Self {
-        Self { x: vec![0.0; padded(n)], y: vec![0.0; padded(n)] }
-    }
-
-    /// Largest length of a vector; not finite if one of them is not.
-    pub fn largest(&self) -> f64 {
-        let (mut lanes, mut odd) = ([0.0_f64; LANES], [0.0; LANES]);
-        for (x, y) in self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES)) {
-            for k in 0..LANES {
-                let squared = x[k] * x[k] + y[k] * y[k];
-                lanes[k] = if squared > lanes[k] { squared } else { lanes[k] };
-                // Zero for a number, and for nothing else: a NaN must not pass for small.
-                odd[k] += squared * 0.0;
-            }
-        }
-        lanes.iter().fold(0.0_f64, |a, &b| if b > a { b } else { a }).sqrt() + odd.iter().sum::<f64>()
-    }
-
-    fn still_padding(&mut self, n: usize) {
-        self.x[n..].fill(0.0);
-        self.y[n..].fill(0.0);
-    }
 }
 
 /// Work space of the minimisation.
