@@ -34,7 +34,7 @@ mod spelling;
 pub use problem::{CampaignErrors, Invalid, Problem};
 pub use resolve::MOST_JOBS;
 
-use crate::job::{Point, PointId};
+use crate::job::{IntegratorChoice, Point, PointId};
 use keys::Id;
 use problem::{Problems, line_of};
 use std::ops::Range;
@@ -66,6 +66,8 @@ pub struct Block {
     pub point_ids: Vec<PointId>,
     /// The seeds each point is run with.
     pub seeds: Range<u64>,
+    /// The integrator that was asked for; each point has a definite one.
+    pub integrator: IntegratorChoice,
 }
 
 impl Campaign {

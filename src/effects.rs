@@ -94,6 +94,18 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Its energy at the present positions.
     fn energy(&self, ring: &Ring) -> f64;
 
+    /// Takes note of what it pushes where an implicit step has ended.
+    fn settled(&mut self, _ring: &Ring) {}
+
+    /// Holds on to what it pushed when the ring last settled, as springs that also pull, until it is to [let go](Self::let_go).
+    /// False, and nothing done, if all of that is still pushed: then there is nothing to hold.
+    fn hold(&mut self, _ring: &Ring) -> bool {
+        false
+    }
+
+    /// Pulls on nothing any more.
+    fn let_go(&mut self) {}
+
     /// Adds the second derivatives of its energy. Without them the implicit integrator takes the force as given at each of
     /// its iterations, which converges only while the force is softer than `m/dt^2`.
     fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}

@@ -8,7 +8,7 @@
 mod choices;
 mod identity;
 
-pub use choices::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness};
+pub use choices::{ContactKind, Engulfed, GravityForm, IntegratorChoice, SelfContact, WallStiffness};
 pub use identity::{BadId, JobId, PointId};
 
 use serde::{Deserialize, Serialize};
@@ -199,6 +199,9 @@ pub enum Integrator {
     /// Modified velocity-Verlet with implicit drag.
     #[serde(rename = "verlet")]
     Verlet,
+    /// Implicit backward differences of second order; of the deformable particle alone.
+    #[serde(rename = "implicit")]
+    Implicit,
 }
 
 /// When a run ends.
@@ -300,6 +303,7 @@ impl Integrator {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Verlet => "verlet",
+            Self::Implicit => "implicit",
         }
     }
 }

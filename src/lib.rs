@@ -28,6 +28,7 @@ pub mod shape;
 pub mod simulate;
 pub mod speed;
 pub mod stability;
+pub mod stepping;
 pub mod store;
 pub mod trajectory;
 pub mod vector;

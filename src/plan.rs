@@ -5,6 +5,7 @@
 
 mod cost;
 mod effects;
+mod integrators;
 mod text;
 
 #[cfg(test)]
@@ -12,6 +13,7 @@ mod tests;
 
 pub use cost::{Cost, FLOWING_SPEED, Speed};
 pub use effects::Effect;
+pub use integrators::Chosen;
 
 use crate::campaign::{Block, Campaign};
 use crate::job::{Job, JobId, JobState, Point};
@@ -121,10 +123,12 @@ pub struct BlockPlan {
     pub counts: Counts,
     /// Smallest and largest time step, in t0.
     pub dt: (f64, f64),
-    /// Smallest and largest stability limit, in t0.
+    /// Smallest and largest stability limit of Verlet, in t0.
     pub dt_limit: (f64, f64),
     /// The stiffest force term at the smallest limit.
     pub stiffest: &'static str,
+    /// Which integrator takes which points, and why.
+    pub integrators: Vec<Chosen>,
     /// What acts on the droplet, what does not, and why.
     pub effects: Vec<Effect>,
     /// What its jobs to run are expected to cost.
@@ -233,6 +237,7 @@ fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
         dt: ends(block.points.iter().map(|point| point.stepping.dt)),
         dt_limit: ends(limits.iter().map(|limit| limit.dt_max)),
         stiffest: tightest.terms.first()?.term,
+        integrators: integrators::of(block, &limits),
         effects: effects::of(&block.points),
         cost,
     })

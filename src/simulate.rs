@@ -9,6 +9,7 @@ use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
 use crate::effects::self_contact;
 use crate::effects::{Drag, EdgeForce};
+use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::verlet::RingMotion;
 use crate::job::{Engulfed, Job, Model, Point, Scene};
 use crate::mechanism;
@@ -39,8 +40,8 @@ pub struct Context<'a> {
 
 /// A droplet in motion, whatever its model.
 pub(crate) trait Motion {
-    /// Takes time steps.
-    fn advance(&mut self, steps: u64);
+    /// Takes time steps; fails where one cannot be taken, the droplet then being where that step began.
+    fn advance(&mut self, steps: u64) -> Result<(), Failure>;
     /// Moves the local origin next to the droplet.
     fn follow(&mut self);
     /// Reads off everything recorded.
@@ -54,8 +55,9 @@ pub(crate) trait Motion {
 }
 
 impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
-    fn advance(&mut self, steps: u64) {
+    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
         RingMotion::advance(self, steps);
+        Ok(())
     }
     fn follow(&mut self) {
         RingMotion::follow(self);
@@ -64,7 +66,7 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
         RingMotion::observe(self)
     }
     fn shape(&self, t: f64) -> ShapeRecord {
-        RingMotion::shape(self, t)
+        self.effects.shape(&self.ring, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         RingMotion::engulfed(self)
@@ -74,9 +76,31 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     }
 }
 
+impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
+    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        ImplicitMotion::advance(self, steps)
+    }
+    fn follow(&mut self) {
+        ImplicitMotion::follow(self);
+    }
+    fn observe(&mut self) -> Observation {
+        ImplicitMotion::observe(self)
+    }
+    fn shape(&self, t: f64) -> ShapeRecord {
+        self.effects.shape(&self.ring, t)
+    }
+    fn engulfed(&self) -> Option<[f64; 2]> {
+        ImplicitMotion::engulfed(self)
+    }
+    fn crosses(&self) -> bool {
+        SelfContact::crosses(&self.ring)
+    }
+}
+
 impl<W: Walls> Motion for SoftMotion<W> {
-    fn advance(&mut self, steps: u64) {
+    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
         SoftMotion::advance(self, steps);
+        Ok(())
     }
     fn follow(&mut self) {
         SoftMotion::follow(self);
@@ -155,7 +179,10 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             return Ok(None);
         }
         let next = (step + timetable.check).min(timetable.end);
-        motion.advance(next - step);
+        if let Err(failure) = motion.advance(next - step) {
+            let shape = motion.shape(failure.step as f64 * dt);
+            return Err(Failure { shape: Some(Box::new(shape)), ..failure });
+        }
         motion.follow();
         step = next;
         checks += 1;

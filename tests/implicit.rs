@@ -7,10 +7,12 @@ use meniscus::effects::area::Area;
 use meniscus::effects::contact::{Contact, WallContact};
 use meniscus::effects::far_drag::FarDrag;
 use meniscus::effects::gravity::Gravity;
+use meniscus::effects::hydrostatic::Hydrostatic;
 use meniscus::effects::perimeter::Perimeter;
 use meniscus::effects::stiffness::Parts;
 use meniscus::effects::tension::{LinearTension, Tension};
 use meniscus::integrator::implicit::ImplicitMotion;
+use meniscus::integrator::implicit::field::Field;
 use meniscus::integrator::implicit::newton::Newton;
 use meniscus::integrator::verlet::{RingEffects, RingMotion};
 use meniscus::job::{ContactKind, MASS, regular_edge};
@@ -176,11 +178,63 @@ fn contact_has_the_second_derivatives_it_states_for_every_shape_and_form() {
     }
     for tip_radius in [0.0, 0.1] {
         let orifice = || ChannelWalls::new(2.0 * (top + 0.02), 45.0, tip_radius);
-        // Of edges on a flat face the stiffness leaves out that the point of contact moves, so only vertices are exact there.
+        check_stiffness((), NO_AREA, contact(orifice(), ContactKind::Edge, N, 10.0, wide), ring(), 0.1);
         check_stiffness((), NO_AREA, contact(orifice(), ContactKind::Vertex, N, 10.0, wide), ring(), 0.1);
     }
-    let on_plate = bent(N, [-0.5, 0.0]);
-    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Vertex, N, 10.0, wide), on_plate, 0.1);
+    let on_plate = || bent(N, [-0.5, 0.0]);
+    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Vertex, N, 10.0, wide), on_plate(), 0.1);
+    check_stiffness((), NO_AREA, contact(Plate, ContactKind::Edge, N, 10.0, wide), on_plate(), 0.1);
+}
+
+#[test]
+fn hydrostatic_gravity_has_the_second_derivatives_it_states_but_for_changes_of_the_area() {
+    // The whole is the band less (g grad a^T + grad a g^T)/a, g the gradient of the energy.
+    let mut effects = RingEffects {
+        edge: (),
+        area: NO_AREA,
+        gravity: Gravity::off(),
+        drag: FarDrag { rate: 0.0 },
+        eps_squared: 0.0,
+        walls: no_walls(),
+        others: vec![Box::new(Hydrostatic)],
+    };
+    let ring = bent(N, [0.3, -0.2]);
+    effects.walls.moved(f64::INFINITY, &ring);
+    let mut newton = Newton::new(N);
+    let mut at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, Level::new(), Parts::All);
+    let (g, band, a) = at(&ring);
+    let (area, _) = ring.area_and_perimeter();
+    let h = 1e-6;
+    for k in 0..20 {
+        let direction = |phase: f64| -> Vec<f64> {
+            (0..N).map(|i| libm::sin(phase + (1.0 + 0.1 * f64::from(k)) * i as f64)).collect()
+        };
+        let (vx, vy) = (direction(0.3), direction(1.9));
+        let gradient_at = |h: f64, at: &mut dyn FnMut(&Ring) -> Field| {
+            let mut moved = ring.clone();
+            for i in 0..N {
+                moved.x[i] += h * vx[i];
+                moved.y[i] += h * vy[i];
+            }
+            moved.close();
+            at(&moved)
+        };
+        let mut gradient = |ring: &Ring| at(ring).0;
+        let (ahead, behind) = (gradient_at(h, &mut gradient), gradient_at(-h, &mut gradient));
+        let (mut ax, mut ay) = band.times(&vx, &vy);
+        let along = |f: &Field| -> f64 { (0..N).map(|i| f.x[i] * vx[i] + f.y[i] * vy[i]).sum() };
+        let (of_g, of_a) = (along(&g), along(&a));
+        for i in 0..N {
+            ax[i] -= (g.x[i] * of_a + a.x[i] * of_g) / area;
+            ay[i] -= (g.y[i] * of_a + a.y[i] * of_g) / area;
+        }
+        let scale = ax.iter().chain(&ay).fold(0.0_f64, |a, b| a.max(b.abs()));
+        for i in 0..N {
+            for (exact, a, b) in [(ax[i], ahead.x[i], behind.x[i]), (ay[i], ahead.y[i], behind.y[i])] {
+                assert!((exact - (a - b) / (2.0 * h)).abs() < 1e-6 * scale, "direction {k} vertex {i}");
+            }
+        }
+    }
 }
 
 #[test]

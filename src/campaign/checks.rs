@@ -2,7 +2,7 @@
 
 use super::interval::{Short, cut_to_three_digits};
 use super::keys::Id;
-use crate::job::{Density, Point, Scene};
+use crate::job::{Density, Integrator, Model, Point, Scene, Stepping};
 use crate::stability::StabilityLimit;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
@@ -20,12 +20,17 @@ pub(super) struct Breach {
 }
 
 /// The conditions; each looks at one grid point.
-pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 3] = [stable, room_for_all, fits_box];
+pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 4] =
+    [stable, has_ring, room_for_all, fits_box];
 
-/// `dt <= dt_max` of [`StabilityLimit`].
+/// `dt <= dt_max` of [`StabilityLimit`] for Verlet.
 fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
-    let dt = point.stepping.dt;
-    let stiffest = limit.terms.first().filter(|_| dt > limit.dt_max)?;
+    let Stepping { integrator, dt } = point.stepping;
+    let stiffest = limit.terms.first().filter(|_| integrator == Integrator::Verlet && dt > limit.dt_max)?;
+    let way_out = match &point.model {
+        Model::Deformable(_) => " or integrator = \"implicit\", which knows no such limit",
+        Model::Soft(_) => "",
+    };
     Some(Breach {
         id: Id::Dt,
         excess: dt / limit.dt_max,
@@ -36,7 +41,18 @@ fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
             stiffest.term,
             stiffest.omega
         ),
-        help: format!("{}; or write dt = \"auto\"", stiffest.remedy),
+        help: format!("{}; or write dt = \"auto\"{way_out}", stiffest.remedy),
+    })
+}
+
+/// The implicit integrator is of the ring.
+fn has_ring(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+    let implicit = point.stepping.integrator == Integrator::Implicit;
+    (implicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
+        id: Id::Integrator,
+        excess: f64::INFINITY,
+        message: "the soft particle has no implicit integrator, and no need of one".to_owned(),
+        help: "leave it out here; a block may have a key of its own".to_owned(),
     })
 }
 

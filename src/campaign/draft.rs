@@ -2,10 +2,11 @@
 
 use super::keys::{Id, Value};
 use crate::job::{
-    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, Limits, Model, ObstacleField, Point,
-    Scene, SelfContact, Soft, Stepping, WallStiffness,
+    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, Model,
+    ObstacleField, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
 };
 use crate::stability::StabilityLimit;
+use crate::stepping;
 
 /// A value for every key that means something; made whole before a point is taken from it.
 #[derive(Clone)]
@@ -40,9 +41,13 @@ impl Draft {
         }
     }
 
-    /// The grid point, and the stability limit it was held against. `dt` is as asked, or `auto_dt` of the limit.
+    /// The integrator that is asked for.
+    pub(super) fn integrator(&self) -> IntegratorChoice {
+        IntegratorChoice::from_name(self.word(Id::Integrator)).unwrap_or_default()
+    }
+
+    /// The grid point, and the stability limit it was held against.
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
-        let integrator = Integrator::Verlet;
         let mut point = Point {
             model: self.model(),
             scene: self.scene(),
@@ -50,7 +55,7 @@ impl Draft {
             b0: self.number(Id::B0),
             // Left out where it changes nothing.
             alpha: (self.number(Id::B0) > 0.0).then(|| self.number(Id::Alpha)),
-            stepping: Stepping { integrator, dt: 0.0 },
+            stepping: Stepping { integrator: Integrator::Verlet, dt: 0.0 },
             limits: Limits {
                 t_max: self.number(Id::TMax),
                 distance: self.maybe(Id::Distance),
@@ -60,7 +65,7 @@ impl Draft {
             shapes_every: self.maybe(Id::ShapesEvery),
         };
         let limit = StabilityLimit::of(&point);
-        point.stepping.dt = self.maybe(Id::Dt).unwrap_or_else(|| limit.auto_dt());
+        point.stepping = stepping::choose(self.integrator(), self.maybe(Id::Dt), &point, &limit);
         (point, limit)
     }
 

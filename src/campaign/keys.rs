@@ -1,7 +1,7 @@
 //! Every key of a campaign file: one table that drives reading, range checks, suggestions and documentation.
 
 use super::interval::{Interval, above, at_least, between};
-use crate::job::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness};
+use crate::job::{ContactKind, Engulfed, GravityForm, IntegratorChoice, SelfContact, WallStiffness};
 use Fallback::{Is, Required};
 use Kind::{Choice, Number, NumberOr, Text, Whole};
 use Meaning::{Always, Model, Scene};
@@ -163,7 +163,7 @@ pub const KEYS: &[Key] = &[
     key(Id::Scene, "scene", Section, Choice(&["obstacles", "channel", "plate"]), Always, Required, "where the droplet moves"),
     key(Id::RunsPerPoint, "runs_per_point", Section, Whole(between(1.0, 1e5)), Always, Required, "seeds per grid point"),
     key(Id::FirstSeed, "first_seed", Section, Whole(between(0.0, 1e15)), Always, is(0.0), "the first seed"),
-    key(Id::Integrator, "integrator", Section, Choice(&["verlet"]), Always, Is(Word("verlet")), "how time advances"),
+    key(Id::Integrator, "integrator", Section, Choice(IntegratorChoice::NAMES), Always, Is(Word(IntegratorChoice::NAMES[0])), "how time advances"),
     key(Id::VT, "v_t", Parameter, Number(POSITIVE.up_to(10.0)), Always, is(0.03), "terminal speed of the free droplet"),
     key(Id::B0, "b0", Parameter, Number(between(0.0, 10.0)), Always, is(0.0), "near-wall drag over b_inf"),
     key(Id::Alpha, "alpha", Parameter, Number(between(0.1, 10.0)), Always, is(4.0 / 3.0), "exponent of the near-wall drag"),

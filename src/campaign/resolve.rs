@@ -143,7 +143,8 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
     *jobs_left = left;
     let (points, point_ids) = product(&draft, &axes, view, (size / runs) as usize, problems);
     let name = view.section().text(Id::Name)?.to_owned();
-    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs })
+    let integrator = draft.integrator();
+    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator })
 }
 
 fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {
@@ -196,7 +197,7 @@ fn product(
     };
     let ((points, point_ids), breaches): ((Vec<_>, Vec<_>), Vec<_>) = (0..size).into_par_iter().map(made).unzip();
     // Each check blames a key of its own.
-    for blamed in [Id::Dt, Id::Density, Id::SigmaOb] {
+    for blamed in [Id::Dt, Id::Integrator, Id::Density, Id::SigmaOb] {
         let of_all =
             breaches.iter().enumerate().flat_map(|(index, list)| list.iter().map(move |breach| (index, breach)));
         let breaches: Vec<(usize, &Breach)> = of_all.filter(|(_, breach)| breach.id == blamed).collect();

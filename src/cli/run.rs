@@ -139,8 +139,7 @@ pub fn threads(asked: Option<u16>) -> usize {
 
 /// What the campaign still has to do, by what the store says now; no time is estimated.
 fn plan_now(campaign: &Campaign, dir: &Path) -> Result<Plan, Box<dyn Error>> {
-    let unknown = meniscus::plan::Speed { deformable_ns_per_vertex_step: 0.0, soft_ns_per_step: 0.0 };
-    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &unknown))
+    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &meniscus::plan::Speed::default()))
 }
 
 /// Whether every job of the campaign is done or has failed.

@@ -8,8 +8,10 @@
 //! holds until some vertex has moved by the skin. Walls are visited in the order of their ids, and edges out of
 //! reach add exact zeros, so no result depends on when the list was made.
 
+mod curvature;
+
 use super::RingForce;
-use super::stiffness::{EdgeBlocks, Parts, Stiffness};
+use super::stiffness::{Parts, Stiffness};
 use crate::droplet::deformable::Ring;
 use crate::job::ContactKind;
 use crate::on_level;
@@ -20,6 +22,9 @@ use std::sync::Arc;
 
 /// How far a vertex may move before the list is made again, in sigma.
 const SKIN: f64 = 0.02;
+
+/// How far from a wall an edge is still held, in sigma.
+const HELD_WITHIN: f64 = 1e-4;
 
 /// The eight edges from edge `i` on, their vectors times `share`: 1 where edges touch, 0 where vertices alone do, for an edge
 /// of no length stands for its first vertex.
@@ -88,6 +93,10 @@ pub struct Contact<W: Walls> {
     list_origin: [f64; 2],
     /// 1 where edges touch, 0 where vertices do.
     share: f64,
+    /// What each edge was pushed with at the end of the last implicit step.
+    pushes: Vec<f64>,
+    /// Whether those edges are held.
+    holds: bool,
 }
 
 impl<W: Walls> Contact<W> {
@@ -101,7 +110,8 @@ impl<W: Walls> Contact<W> {
             ContactKind::Vertex => 0.0,
         };
         let (stretches, slack, list_origin) = (Vec::new(), f64::NEG_INFINITY, [f64::NAN; 2]);
-        Self { walls, level, stiffness, reach, stretches, slack, list_origin, share }
+        let pushes = vec![0.0; padded(n_vertices)];
+        Self { walls, level, stiffness, reach, stretches, slack, list_origin, share, pushes, holds: false }
     }
 
     /// Makes the list of stretches that any shape could touch while no vertex moves further than the skin.
@@ -137,13 +147,53 @@ impl<W: Walls> Contact<W> {
         });
     }
 
+    /// How the edges `i..i + 8` touch a shape; the overlap of those that are held may be negative.
+    #[inline(always)]
+    fn touch<S: Simd>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+        if self.holds { self.touch_or_hold(simd, shape, edges, i) } else { shape.touch(simd, edges, self.reach) }
+    }
+
+    #[inline(always)]
+    fn touch_or_hold<S: Simd>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+        let zero = f64x8::splat(simd, 0.0);
+        let touch = shape.touch(simd, edges, self.reach + HELD_WITHIN)?;
+        let held = load(simd, &self.pushes, i).simd_gt(zero) & touch.overlap.simd_gt(zero);
+        let overlap = touch.overlap - HELD_WITHIN;
+        Some(Touch { overlap: held.select(overlap, overlap.max(zero)), ..touch })
+    }
+
+    /// Whether an edge that was pushed touches no longer.
+    #[inline(always)]
+    fn has_lost<S: Simd>(&self, simd: S, ring: &Ring) -> bool {
+        self.stretches.iter().any(|stretch| {
+            (stretch.start..stretch.end).step_by(LANES).any(|i| {
+                let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
+                touch.is_some_and(|touch| touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true())
+            })
+        })
+    }
+
+    /// Notes what each edge is pushed with.
+    #[inline(always)]
+    fn note_pushes<S: Simd>(&mut self, simd: S, ring: &Ring) {
+        self.pushes.fill(0.0);
+        for stretch in &self.stretches {
+            for i in (stretch.start..stretch.end).step_by(LANES) {
+                let edges = edges_at(simd, ring, i, self.share);
+                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                let push = load(simd, &self.stiffness, i) * touch.overlap;
+                store(load(simd, &self.pushes, i) + push, &mut self.pushes, i);
+            }
+        }
+    }
+
     #[inline(always)]
     fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
         for stretch in &self.stretches {
             let mut i = stretch.start;
             while i < stretch.end {
                 if let Some(Touch { q, overlap, nx, ny }) =
-                    stretch.shape.touch(simd, edges_at(simd, ring, i, self.share), self.reach)
+                    self.touch(simd, stretch.shape, edges_at(simd, ring, i, self.share), i)
                 {
                     let push = load(simd, &self.stiffness, i) * overlap;
                     let (fx, fy) = (push * nx, push * ny);
@@ -162,7 +212,7 @@ impl<W: Walls> Contact<W> {
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
-                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                let Some(touch) = self.touch(simd, stretch.shape, edges, i) else { continue };
                 let touch = Touch { q: touch.q * self.share, ..touch };
                 let curvature = match parts {
                     Parts::All => {
@@ -171,61 +221,10 @@ impl<W: Walls> Contact<W> {
                     Parts::Positive => f64x8::splat(simd, 0.0),
                 };
                 let k_w = load(simd, &self.stiffness, i);
-                second_derivatives(simd, edges, touch, k_w, curvature).add_to(simd, stiffness, i);
+                curvature::second_derivatives(simd, edges, touch, k_w, curvature, W::Shape::LEVEL)
+                    .add_to(simd, stiffness, i);
             }
         }
-    }
-}
-
-/// Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with `w = (1 - q) da + q db` the
-/// shift of the material point that touches.
-///
-/// Where a vertex touches, the normal turns with it: `d^2 o = -c (t.w)^2`, with t normal to n and c the curvature. Where the
-/// inside of an edge touches a corner, the point and the normal, which turns with the edge e = l t, both move:
-/// `d^2 o = 2 (n.de)(t.w)/l + (n.de)^2/(c l^2)`. At a face, c = 0, the normal is fixed;
-/// that the force passes from end to end there as the edge tilts ([`crate::scene::wall::LEVEL`]) is left out, which keeps
-/// the matrix positive and makes Newton's method converge linearly on such edges.
-#[inline(always)]
-fn second_derivatives<S: Simd>(
-    simd: S,
-    edges: Edges<S>,
-    touch: Touch<S>,
-    k_w: f64x8<S>,
-    curvature: f64x8<S>,
-) -> EdgeBlocks<S> {
-    let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-    let Touch { q, overlap, nx, ny } = touch;
-    let stiffness = overlap.simd_gt(zero).select(k_w, zero);
-    let push = stiffness * overlap;
-    let p = one - q;
-    let inside = (p * q * curvature).simd_gt(zero);
-    let tiny = f64x8::splat(simd, 1e-300);
-    let inverse_squared = inside.select(one / (edges.ex * edges.ex + edges.ey * edges.ey).max(tiny), zero);
-    // t/l of the turning edge, and the tangent that a touching vertex slides along.
-    let (tx, ty) = (edges.ex * inverse_squared, edges.ey * inverse_squared);
-    let slide = inside.select(zero, push * curvature);
-    let widen = inside.select(push / curvature.max(tiny), zero) * inverse_squared;
-    let normal = [nx * nx, nx * ny, ny * ny];
-    let tangent = [ny * ny, -(nx * ny), nx * nx];
-    let [m0, m1, m2] = [0, 1, 2].map(|k| stiffness * normal[k] - slide * tangent[k]);
-    let [e0, e1, e2] = normal.map(|nn| widen * nn);
-    // n t^T/l times the push, by rows; its symmetric sum for the diagonal blocks.
-    let [txx, txy, tyx, tyy] = [nx * tx, nx * ty, ny * tx, ny * ty].map(|nt| push * nt);
-    let sum = [txx + txx, txy + tyx, tyy + tyy];
-    let own = |weight: f64x8<S>, turn: f64x8<S>| {
-        let w = weight * weight;
-        [w * m0 + turn * sum[0] + e0, w * m1 + turn * sum[1] + e1, w * m2 + turn * sum[2] + e2]
-    };
-    let shared = p * q;
-    EdgeBlocks {
-        first: own(p, -p),
-        between: [
-            shared * m0 - q * txx + p * txx - e0,
-            shared * m1 - q * txy + p * tyx - e1,
-            shared * m1 - q * tyx + p * txy - e1,
-            shared * m2 - q * tyy + p * tyy - e2,
-        ],
-        second: own(q, q),
     }
 }
 
@@ -263,6 +262,19 @@ impl<W: Walls> RingForce for Contact<W> {
 
     fn energy(&self, ring: &Ring) -> f64 {
         self.state(ring).energy
+    }
+
+    fn settled(&mut self, ring: &Ring) {
+        on_level!(self.level, simd => self.note_pushes(simd, ring));
+    }
+
+    fn hold(&mut self, ring: &Ring) -> bool {
+        self.holds = on_level!(self.level, simd => self.has_lost(simd, ring));
+        self.holds
+    }
+
+    fn let_go(&mut self) {
+        self.holds = false;
     }
 
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {

@@ -5,6 +5,7 @@
 //! dragged along the interface as by [`super::gravity`].
 
 use super::RingForce;
+use super::stiffness::{Parts, Stiffness};
 use crate::droplet::deformable::Ring;
 use crate::job::MASS;
 
@@ -43,6 +44,27 @@ impl RingForce for Hydrostatic {
             ring.force_x[i] += of_moment * moment_x - of_area * 0.5 * (yf - yb);
             ring.force_y[i] += of_moment * moment_y + of_area * 0.5 * (xf - xb);
             (xb, yb) = (x, y);
+        }
+    }
+
+    /// `-M [S''/(6a) - (C_x/a) a'']`, sums over edges. What is left out, products of the gradients of S and a, acts only on changes of
+    /// the area, which K_a rules. The whole is indefinite, so none of it counts as positive.
+    fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
+        if parts == Parts::Positive {
+            return;
+        }
+        let (area, moment) = area_and_moment(ring);
+        let of_moment = -MASS / (6.0 * area);
+        let of_area = MASS * moment / (12.0 * area * area);
+        for i in 0..ring.n {
+            let (x0, y0, x1, y1) = (ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]);
+            stiffness.own_xx[i] += 2.0 * of_moment * y1;
+            stiffness.own_xy[i] -= of_moment * x1;
+            stiffness.own_xx[i + 1] -= 2.0 * of_moment * y0;
+            stiffness.own_xy[i + 1] += of_moment * x0;
+            stiffness.next_xx[i] += of_moment * (y1 - y0);
+            stiffness.next_xy[i] += of_moment * (2.0 * x0 + x1) + of_area;
+            stiffness.next_yx[i] -= of_moment * (x0 + 2.0 * x1) + of_area;
         }
     }
 

@@ -9,89 +9,29 @@
 //! D_w -= E^T G,   b_w -= E^T Y,     C <- -C G,     D_0 -= C H,   b_0 -= C Y
 //! ```
 //!
-//! leaves a system of vertices 0 and `h`, and `x_v = Y - H x_0 - G x_w` on the way back. The term of rank one is dealt with by
+//! leaves a system of vertices 0 and `h`, and `x_v = Y - H x_0 - G x_w` on the way back. A long ring is first cut into eight chains, which
+//! are eliminated in eight lanes ([`lanes`]) by the same formulas. The term of rank one is dealt with by
 //! Sherman and Morrison: `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
 
+mod block;
+mod lanes;
+
 use crate::effects::stiffness::Stiffness;
-use std::ops::{Mul, Neg, Sub};
+use crate::on_level;
+use crate::vector::LANES;
+use block::{Block, Number, Pivot};
+use fearless_simd::Level;
+use lanes::Lanes;
 
-/// A 2 x 2 block by rows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Block {
-    xx: f64,
-    xy: f64,
-    yx: f64,
-    yy: f64,
-}
+/// Fewest vertices of a ring that is cut into eight chains.
+const LONG: usize = 4 * LANES;
 
-impl Block {
-    #[inline(always)]
-    fn transposed(self) -> Self {
-        Self { xy: self.yx, yx: self.xy, ..self }
-    }
-}
-
-impl Mul for Block {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self {
-            xx: self.xx * b.xx + self.xy * b.yx,
-            xy: self.xx * b.xy + self.xy * b.yy,
-            yx: self.yx * b.xx + self.yy * b.yx,
-            yy: self.yx * b.xy + self.yy * b.yy,
-        }
-    }
-}
-
-impl Sub for Block {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self { xx: self.xx - b.xx, xy: self.xy - b.xy, yx: self.yx - b.yx, yy: self.yy - b.yy }
-    }
-}
-
-impl Neg for Block {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self { xx: -self.xx, xy: -self.xy, yx: -self.yx, yy: -self.yy }
-    }
-}
-
-/// A symmetric 2 x 2 block.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Pivot {
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Pivot {
-    /// Less the product `a^T b` or `a b^T`, known to be symmetric.
-    #[inline(always)]
-    fn less(self, product: Block) -> Self {
-        Self { xx: self.xx - product.xx, xy: self.xy - product.xy, yy: self.yy - product.yy }
-    }
-
-    /// The inverse, and whether the block is positive definite.
-    #[inline(always)]
-    fn inverse(self) -> (Block, bool) {
-        let determinant = self.xx * self.yy - self.xy * self.xy;
-        let scale = 1.0 / determinant;
-        let off = -self.xy * scale;
-        let inverse = Block { xx: self.yy * scale, xy: off, yx: off, yy: self.xx * scale };
-        (inverse, self.xx > 0.0 && determinant > 0.0)
-    }
-}
-
-/// One vertex, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the second.
+/// One vertex, or eight, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the second.
 #[derive(Clone, Copy, Debug, Default)]
-struct Row {
-    ahead: Block,
-    to_zero: Block,
-    right: Block,
+struct Row<T> {
+    ahead: Block<T>,
+    to_zero: Block<T>,
+    right: Block<T>,
 }
 
 /// The matrix met no positive pivot: it is not positive definite.
@@ -102,32 +42,35 @@ pub struct NotPositiveDefinite;
 /// Work space for rings of up to `n` vertices.
 #[derive(Clone, Debug)]
 pub struct CyclicSolver {
-    rows: Vec<Row>,
+    ring: RingSolver,
+    lanes: Lanes,
+    /// Solutions for b and g, by vertex.
+    solved: Vec<Block<f64>>,
 }
 
 /// A chain on its way from vertex 0 to vertex h.
 #[derive(Clone, Copy)]
-struct Front {
+struct Front<T> {
     /// Diagonal block of the vertex that comes next, less what was eliminated.
-    pivot: Pivot,
+    pivot: Pivot<T>,
     /// Its right sides.
-    right: Block,
+    right: Block<T>,
     /// Coupling of vertex 0 to it.
-    to_zero: Block,
+    to_zero: Block<T>,
 }
 
 /// Vertex 0 while the chains are eliminated.
 #[derive(Clone, Copy)]
-struct Zero {
-    pivot: Pivot,
-    right: Block,
+struct Zero<T> {
+    pivot: Pivot<T>,
+    right: Block<T>,
     positive: bool,
 }
 
-impl Front {
+impl<T: Number> Front<T> {
     /// Eliminates its vertex; `edge` couples that to the next one, whose own block and right sides are given.
     #[inline(always)]
-    fn eliminate(self, edge: Block, next: (Pivot, Block), zero: &mut Zero) -> (Self, Row) {
+    fn eliminate(self, edge: Block<T>, next: (Pivot<T>, Block<T>), zero: &mut Zero<T>) -> (Self, Row<T>) {
         let (inverse, positive) = self.pivot.inverse();
         let row =
             Row { ahead: inverse * edge, to_zero: inverse * self.to_zero.transposed(), right: inverse * self.right };
@@ -153,7 +96,7 @@ struct System<'a> {
 
 impl System<'_> {
     #[inline(always)]
-    fn vertex(&self, i: usize) -> (Pivot, Block) {
+    fn vertex(&self, i: usize) -> (Pivot<f64>, Block<f64>) {
         let m = self.matrix;
         let own = Pivot { xx: m.own_xx[i], xy: m.own_xy[i], yy: m.own_yy[i] };
         (own, Block { xx: self.b[0][i], xy: self.g[0][i], yx: self.b[1][i], yy: self.g[1][i] })
@@ -161,7 +104,7 @@ impl System<'_> {
 
     /// Block `(i, i + 1)`.
     #[inline(always)]
-    fn edge(&self, i: usize) -> Block {
+    fn edge(&self, i: usize) -> Block<f64> {
         let m = self.matrix;
         Block { xx: m.next_xx[i], xy: m.next_xy[i], yx: m.next_yx[i], yy: m.next_yy[i] }
     }
@@ -170,7 +113,8 @@ impl System<'_> {
 impl CyclicSolver {
     /// Work space for `n >= 3` vertices.
     pub fn new(n: usize) -> Self {
-        Self { rows: vec![Row::default(); n] }
+        let ring = RingSolver { rows: vec![Row::default(); n.max(2 * LANES)] };
+        Self { ring, lanes: Lanes::new(n), solved: vec![Block::default(); n] }
     }
 
     /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`; entries from `n` on are left alone.
@@ -179,37 +123,64 @@ impl CyclicSolver {
     /// [`NotPositiveDefinite`], with `b` untouched.
     pub fn solve(
         &mut self,
+        level: Level,
         matrix: &Stiffness,
         k: f64,
         g: [&[f64]; 2],
         b: [&mut [f64]; 2],
     ) -> Result<(), NotPositiveDefinite> {
         let n = matrix.n;
-        let half = n / 2;
         let [bx, by] = b;
         let system = System { matrix, b: [&*bx, &*by], g };
-        let ends = self.eliminate(&system, n, half).ok_or(NotPositiveDefinite)?;
-        self.substitute(n, half, ends);
-        let (mut along, mut own) = (0.0, 0.0);
-        for i in 0..n {
-            let solved = self.rows[i].right;
-            along += g[0][i] * solved.xx + g[1][i] * solved.yx;
-            own += g[0][i] * solved.xy + g[1][i] * solved.yy;
+        let solved = &mut self.solved[..n];
+        if n < LONG {
+            self.ring.solve(&system, solved)?;
+        } else {
+            let (lanes, mut rest) = (&mut self.lanes, [Block::default(); 2 * LANES]);
+            if !on_level!(level, simd => lanes.reduce(simd, &system, n)) {
+                return Err(NotPositiveDefinite);
+            }
+            let rest = &mut rest[..lanes.matrix.n];
+            self.ring.solve(&lanes.system(), rest)?;
+            on_level!(level, simd => lanes.substitute(simd, n, rest, solved));
         }
-        let share = k * along / (1.0 + k * own);
-        for i in 0..n {
-            let solved = self.rows[i].right;
+        let (mut along, mut own) = ([0.0; LANES], [0.0; LANES]);
+        for (i, solved) in self.solved[..n].iter().enumerate() {
+            along[i % LANES] += g[0][i] * solved.xx + g[1][i] * solved.yx;
+            own[i % LANES] += g[0][i] * solved.xy + g[1][i] * solved.yy;
+        }
+        let share = k * along.iter().sum::<f64>() / (1.0 + k * own.iter().sum::<f64>());
+        for (i, solved) in self.solved[..n].iter().enumerate() {
             bx[i] = solved.xx - share * solved.xy;
             by[i] = solved.yx - share * solved.yy;
+        }
+        Ok(())
+    }
+}
+
+/// Solves with B alone, for a whole ring or for what remains of a long one.
+#[derive(Clone, Debug)]
+struct RingSolver {
+    rows: Vec<Row<f64>>,
+}
+
+impl RingSolver {
+    /// The solutions for b and g, by vertex.
+    fn solve(&mut self, system: &System<'_>, solved: &mut [Block<f64>]) -> Result<(), NotPositiveDefinite> {
+        let (n, half) = (system.matrix.n, system.matrix.n / 2);
+        let ends = self.eliminate(system, n, half).ok_or(NotPositiveDefinite)?;
+        self.substitute(n, half, ends);
+        for (solved, row) in solved.iter_mut().zip(&self.rows) {
+            *solved = row.right;
         }
         Ok(())
     }
 
     /// Eliminates both chains, then vertex h; returns the solution at vertices 0 and h.
     #[inline(always)]
-    fn eliminate(&mut self, system: &System<'_>, n: usize, half: usize) -> Option<[Block; 2]> {
+    fn eliminate(&mut self, system: &System<'_>, n: usize, half: usize) -> Option<[Block<f64>; 2]> {
         let rows = &mut self.rows[..n];
-        let front = |i: usize, to_zero: Block| {
+        let front = |i: usize, to_zero: Block<f64>| {
             let (pivot, right) = system.vertex(i);
             Front { pivot, right, to_zero }
         };
@@ -247,11 +218,11 @@ impl CyclicSolver {
 
     /// Replaces the right sides by the solution, from vertex h back to vertex 0 along both chains.
     #[inline(always)]
-    fn substitute(&mut self, n: usize, half: usize, [at_zero, at_half]: [Block; 2]) {
+    fn substitute(&mut self, n: usize, half: usize, [at_zero, at_half]: [Block<f64>; 2]) {
         let rows = &mut self.rows[..n];
         rows[0].right = at_zero;
         rows[half].right = at_half;
-        let mut back = |v: usize, next: Block| {
+        let mut back = |v: usize, next: Block<f64>| {
             let row = &mut rows[v];
             row.right = row.right - row.to_zero * at_zero - row.ahead * next;
             row.right
@@ -312,8 +283,8 @@ mod tests {
 
         #[test]
         fn the_solution_is_that_of_dense_elimination(
-            n in 3_usize..=40, k in prop_oneof![Just(0.0), 0.0..1e6_f64],
-            numbers in proptest::collection::vec(-1.0..1.0_f64, 11 * 40),
+            n in 3_usize..=70, k in prop_oneof![Just(0.0), 0.0..1e6_f64],
+            numbers in proptest::collection::vec(-1.0..1.0_f64, 11 * 70),
         ) {
             let mut numbers = numbers.into_iter();
             let mut entry = || numbers.next().unwrap();
@@ -321,7 +292,7 @@ mod tests {
             let mut vector = || -> Vec<f64> { (0..n).map(|_| entry()).collect() };
             let (gx, gy, bx, by) = (vector(), vector(), vector(), vector());
             let (mut x, mut y) = (bx.clone(), by.clone());
-            CyclicSolver::new(n).solve(&m, k, [&gx, &gy], [&mut x, &mut y]).unwrap();
+            CyclicSolver::new(n).solve(Level::new(), &m, k, [&gx, &gy], [&mut x, &mut y]).unwrap();
             let a = dense(&m, k, [&gx, &gy]);
             let b = DVector::from_fn(2 * n, |row, _| [&bx, &by][row % 2][row / 2]);
             let got = DVector::from_fn(2 * n, |row, _| [&x, &y][row % 2][row / 2]);
@@ -341,7 +312,7 @@ mod tests {
             let lowest = dense(&m, 0.0, [&zero, &zero]).symmetric_eigenvalues().min();
             prop_assume!(lowest.abs() > 1e-9);
             let (mut x, mut y) = (vec![1.0; n], vec![1.0; n]);
-            let solved = CyclicSolver::new(n).solve(&m, 0.0, [&zero, &zero], [&mut x, &mut y]);
+            let solved = CyclicSolver::new(n).solve(Level::new(), &m, 0.0, [&zero, &zero], [&mut x, &mut y]);
             prop_assert_eq!(solved.is_ok(), lowest > 0.0);
         }
     }

@@ -22,6 +22,7 @@
 //! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in halves
 //! ([`step_control`]). Everything is deterministic, and does not depend on how a run is cut up.
 
+pub mod field;
 pub mod newton;
 pub mod step_control;
 
@@ -33,7 +34,8 @@ use crate::on_level;
 use crate::trajectory::{Failure, FailureClass};
 use crate::vector::{LANES, load, store};
 use fearless_simd::{Level, f64x8, prelude::*};
-use newton::{Field, Newton, Refusal};
+use field::Field;
+use newton::{Newton, Refusal};
 use step_control::{StepControl, WHOLE};
 
 /// Largest distance that a vertex may go in one step, in sigma: half of the default vertex diameter, `pi/512`.
@@ -184,6 +186,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             return Err(Refused::TooFar(far));
         }
         scheme.accept(ring, newton, &mut self.earlier);
+        self.effects.settled(ring);
         self.earlier.step = h;
         self.work.accepted += 1;
         self.work.iterations += u64::from(iterations);

@@ -1,8 +1,10 @@
 //! How a droplet is put among obstacles: blown up from the widest gap near the box centre ([C24] 2.4).
 //!
 //! A ring placed at full size could hold whole discs, which exert no force from inside. So a small ring that touches
-//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax.
+//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The job's
+//! own integrator does it, among walls as stiff as they will be.
 
+use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
@@ -10,8 +12,9 @@ use crate::effects::contact::WallContact;
 use crate::effects::far_drag::FarDrag;
 use crate::effects::gravity::Gravity;
 use crate::effects::{EdgeForce, RingForce};
+use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::verlet::{RingEffects, RingMotion};
-use crate::job::{Deformable, MASS, regular_edge};
+use crate::job::{Deformable, Integrator, MASS, Stepping, regular_edge};
 use crate::scene::obstacles::SEARCH_RADIUS;
 use crate::scene::wall::Walls;
 use crate::trajectory::{Failure, FailureClass};
@@ -60,7 +63,7 @@ pub fn place_ring<E: EdgeForce>(
     place: Place,
     walls: Box<dyn WallContact>,
     others: Vec<Box<dyn RingForce>>,
-    dt: f64,
+    stepping: &Stepping,
     level: Level,
 ) -> Result<Ring, Failure> {
     let n = parameters.n_vertices;
@@ -89,16 +92,75 @@ pub fn place_ring<E: EdgeForce>(
         others,
     };
     let ring = Ring::regular(n, at, room);
-    let mut motion = RingMotion::start(ring, effects, dt, level);
+    let dt = stepping.dt;
+    let mut ring = match stepping.integrator {
+        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, level), dt),
+        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, level), dt),
+    }?;
+    ring.ux.fill(0.0);
+    ring.uy.fill(0.0);
+    if let Place::OnPlate = place {
+        let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * parameters.delta;
+        ring.x.iter_mut().for_each(|x| *x -= to_plate);
+    }
+    Ok(ring)
+}
+
+/// A ring under the drag of relaxation, whatever its integrator.
+trait Inflatable {
+    /// Its rest area.
+    fn rest_area(&mut self) -> &mut f64;
+    /// Takes time steps.
+    fn advance(&mut self, steps: u64) -> Result<(), Failure>;
+    /// Reads off kinetic energy and area.
+    fn observe(&mut self) -> Observation;
+    /// The ring, done.
+    fn into_ring(self) -> Ring;
+}
+
+impl<E: EdgeForce> Inflatable for RingMotion<E, FarDrag> {
+    fn rest_area(&mut self) -> &mut f64 {
+        &mut self.effects.area.rest
+    }
+    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        RingMotion::advance(self, steps);
+        Ok(())
+    }
+    fn observe(&mut self) -> Observation {
+        RingMotion::observe(self)
+    }
+    fn into_ring(self) -> Ring {
+        self.ring
+    }
+}
+
+impl<E: EdgeForce> Inflatable for ImplicitMotion<E, FarDrag> {
+    fn rest_area(&mut self) -> &mut f64 {
+        &mut self.effects.area.rest
+    }
+    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        ImplicitMotion::advance(self, steps)
+    }
+    fn observe(&mut self) -> Observation {
+        ImplicitMotion::observe(self)
+    }
+    fn into_ring(self) -> Ring {
+        self.ring
+    }
+}
+
+/// Blows a ring up from its rest area to the full one, and lets it relax.
+fn inflate<M: Inflatable>(mut motion: M, dt: f64) -> Result<Ring, Failure> {
+    let begin = *motion.rest_area();
     let stages = 400_u32;
     let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
     for stage in 1..=stages {
         let share = f64::from(stage) / f64::from(stages);
-        motion.effects.area.rest = area_at(room) + share * (MASS - area_at(room));
-        motion.advance(steps_per_stage);
+        *motion.rest_area() = begin + share * (MASS - begin);
+        motion.advance(steps_per_stage).map_err(not_blown_up)?;
     }
     for _ in 0..RELAX_TIME as u32 {
-        motion.advance((1.0 / dt).ceil() as u64);
+        motion.advance((1.0 / dt).ceil() as u64).map_err(not_blown_up)?;
         if motion.observe().kinetic < AT_REST {
             break;
         }
@@ -108,14 +170,13 @@ pub fn place_ring<E: EdgeForce>(
         let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
         return Err(Failure { class: FailureClass::Unstable, reason, step: 0, shape: None });
     }
-    let mut ring = motion.ring;
-    ring.ux.fill(0.0);
-    ring.uy.fill(0.0);
-    if let Place::OnPlate = place {
-        let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * parameters.delta;
-        ring.x.iter_mut().for_each(|x| *x -= to_plate);
-    }
-    Ok(ring)
+    Ok(motion.into_ring())
+}
+
+/// The failure of a step while the droplet is put in place.
+fn not_blown_up(failure: Failure) -> Failure {
+    let reason = format!("the droplet could not be blown up to full size: {}", failure.reason);
+    Failure { reason, step: 0, ..failure }
 }
 
 /// A relaxed place for a soft particle.
@@ -184,11 +245,16 @@ mod tests {
             };
             let (at, clearance) = discs.widest_gap_near_centre();
             let place = Place::Gap { at, clearance };
-            let placed =
-                place_ring(&ring, Tension { gamma: 1.0 }, place, contact(), Vec::new(), 1e-3, Level::new()).unwrap();
-            let (area, _) = placed.area_and_perimeter();
-            assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
-            assert!(contact().engulfed(&placed).is_none());
+            let tension = Tension { gamma: 1.0 };
+            for stepping in [
+                Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
+                Stepping { integrator: Integrator::Implicit, dt: 0.02 },
+            ] {
+                let placed = place_ring(&ring, tension, place, contact(), Vec::new(), &stepping, Level::new()).unwrap();
+                let (area, _) = placed.area_and_perimeter();
+                assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
+                assert!(contact().engulfed(&placed).is_none());
+            }
         }
     }
 }

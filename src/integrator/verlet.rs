@@ -66,6 +66,24 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
         energy
     }
 
+    /// Tells the effects that an implicit step has ended here.
+    pub(super) fn settled(&mut self, ring: &Ring) {
+        self.walls.settled(ring);
+        self.others.iter_mut().for_each(|other| other.settled(ring));
+    }
+
+    /// Has the effects hold on to what they pushed; false if there is nothing to hold.
+    pub(super) fn hold(&mut self, ring: &Ring) -> bool {
+        let held = self.walls.hold(ring);
+        self.others.iter_mut().fold(held, |held, other| other.hold(ring) | held)
+    }
+
+    /// Has the effects let go.
+    pub(super) fn let_go(&mut self) {
+        self.walls.let_go();
+        self.others.iter_mut().for_each(|other| other.let_go());
+    }
+
     /// Everything that is recorded of `ring`, whose vertices have the velocities `v`.
     pub fn observe(&self, ring: &Ring, vx: &[f64], vy: &[f64]) -> Observation {
         let (area, perimeter) = ring.area_and_perimeter();
@@ -83,6 +101,21 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
             overlap: contact.overlap,
             contacts: contact.loads.len() as u32,
         }
+    }
+
+    /// The shape of `ring` at time `t`, and the loads on it.
+    pub fn shape(&self, ring: &Ring, t: f64) -> ShapeRecord {
+        let [x0, y0] = ring.origin;
+        let (x, y) = ring.world_vertices().map(|[x, y]| (x, y)).unzip();
+        let world = |load: &Load| LoadRecord {
+            obstacle: load.id,
+            x: load.at[0] + x0,
+            y: load.at[1] + y0,
+            fx: load.force[0],
+            fy: load.force[1],
+            turn: load.turn,
+        };
+        ShapeRecord { t, x, y, loads: self.walls.state(ring).loads.iter().map(world).collect() }
     }
 
     /// World position of a shape inside `ring`, if there is one.
@@ -200,21 +233,6 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     pub fn observe(&mut self) -> Observation {
         let (vx, vy) = self.velocities();
         self.effects.observe(&self.ring, &vx, &vy)
-    }
-
-    /// The shape at time `t`, and the loads on it.
-    pub fn shape(&self, t: f64) -> ShapeRecord {
-        let [x0, y0] = self.ring.origin;
-        let (x, y) = self.ring.world_vertices().map(|[x, y]| (x, y)).unzip();
-        let world = |load: &Load| LoadRecord {
-            obstacle: load.id,
-            x: load.at[0] + x0,
-            y: load.at[1] + y0,
-            fx: load.force[0],
-            fy: load.force[1],
-            turn: load.turn,
-        };
-        ShapeRecord { t, x, y, loads: self.effects.walls.state(&self.ring).loads.iter().map(world).collect() }
     }
 
     /// World position of a shape inside the ring, if there is one.

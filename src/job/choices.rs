@@ -73,3 +73,14 @@ choice!(
         Record = "record",
     }
 );
+choice!(
+    /// Which integrator a campaign asks for; a job has a definite one.
+    IntegratorChoice {
+        /// The cheaper of the two that is stable.
+        Auto = "auto",
+        /// Modified velocity-Verlet.
+        Verlet = "verlet",
+        /// The implicit one.
+        Implicit = "implicit",
+    }
+);

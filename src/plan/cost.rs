@@ -1,17 +1,20 @@
 //! What jobs cost: simulated time over the time step, times the measured time of a step.
 
 use crate::campaign::Block;
-use crate::job::{Model, Point};
+use crate::job::{Integrator, Model, Point};
+use crate::stepping::NEWTON_STEPS;
 
 /// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it: used to turn a distance into
 /// a time.
 pub const FLOWING_SPEED: f64 = 0.7;
 
-/// How fast this machine is, one thread.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How fast this machine is, one thread; by default unknown, which makes every estimate zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Speed {
-    /// Nanoseconds per vertex and step of a deformable particle.
+    /// Nanoseconds per vertex and Verlet step of a deformable particle.
     pub deformable_ns_per_vertex_step: f64,
+    /// Nanoseconds per vertex and Newton step of its implicit integrator.
+    pub implicit_ns_per_vertex_newton: f64,
     /// Nanoseconds per step of a soft particle.
     pub soft_ns_per_step: f64,
 }
@@ -23,7 +26,13 @@ impl Speed {
         let way = point.limits.distance.map(|distance| distance / (FLOWING_SPEED * point.v_t));
         let steps = way.map_or(point.limits.t_max, |time| time.min(point.limits.t_max)) / point.stepping.dt;
         let ns_per_step = match &point.model {
-            Model::Deformable(ring) => ring.n_vertices as f64 * self.deformable_ns_per_vertex_step,
+            Model::Deformable(ring) => {
+                let per_vertex = match point.stepping.integrator {
+                    Integrator::Verlet => self.deformable_ns_per_vertex_step,
+                    Integrator::Implicit => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
+                };
+                ring.n_vertices as f64 * per_vertex
+            }
             Model::Soft(_) => self.soft_ns_per_step,
         };
         steps * ns_per_step * 1e-9

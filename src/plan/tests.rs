@@ -6,7 +6,8 @@ use crate::job::{JobId, JobState};
 use proptest::prelude::*;
 use std::collections::{BTreeSet, HashSet};
 
-const SPEED: Speed = Speed { deformable_ns_per_vertex_step: 2.0, soft_ns_per_step: 50.0 };
+const SPEED: Speed =
+    Speed { deformable_ns_per_vertex_step: 2.0, implicit_ns_per_vertex_newton: 30.0, soft_ns_per_step: 50.0 };
 
 fn campaign(body: &str) -> Campaign {
     let head = "name = \"c\"\nscene = \"obstacles\"\nsigma_ob = 0.3\ndensity = 0.35\n";
@@ -143,6 +144,41 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
     }
     let soft = fresh(&soft(1, "[1.0]")).render(2);
     assert!(soft.contains("off      tension (SP has no ring)"), "{soft}");
+}
+
+#[test]
+fn the_text_says_which_integrator_takes_what_and_why() {
+    let body = |keys: &str| format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\ngamma = 1.0\n{keys}");
+    for (keys, line) in [
+        ("", "verlet   the cheaper one: implicit would cost"),
+        (
+            "integrator = \"auto\"\nwall = \"per_vertex\"",
+            "implicit the cheaper one: verlet, its step bound by wall, would cost",
+        ),
+        (
+            "grid = { n_vertices = [64, 2048] }",
+            "implicit at 1 of 2 points: the cheaper one: verlet, its step bound by tension, would cost",
+        ),
+        ("n_vertices = 1024", "and is taken where it halves the cost"),
+        ("integrator = \"implicit\"", "implicit asked for"),
+        ("n_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
+    ] {
+        let text = fresh(&campaign(&body(keys))).render(2);
+        assert!(text.contains(line), "{line} is not in\n{text}");
+    }
+    assert!(fresh(&soft(1, "[1.0]")).render(2).contains("verlet   the integrator of SP"));
+}
+
+#[test]
+fn the_choice_of_the_integrator_leaves_a_job_that_verlet_takes_its_identity() {
+    let points = |keys: &str| {
+        let body =
+            format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}\ngrid = {{ gamma = [0.1, 1.0, 10.0] }}");
+        campaign(&body).blocks[0].point_ids.clone()
+    };
+    assert_eq!(points(""), points("integrator = \"verlet\""));
+    assert_eq!(points(""), points("integrator = \"auto\""));
+    assert_ne!(points(""), points("integrator = \"implicit\""));
 }
 
 #[test]

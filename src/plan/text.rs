@@ -47,7 +47,14 @@ impl BlockPlan {
         let (dt, limit) = (self.dt, self.dt_limit);
         let limit = Ends((cut_to_three_digits(limit.0), cut_to_three_digits(limit.1)));
         let dt = Ends((cut_to_three_digits(dt.0), cut_to_three_digits(dt.1)));
-        writeln!(out, "  dt       {dt}; stable below {limit}, stiffest term {}", self.stiffest)?;
+        writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
+        for chosen in &self.integrators {
+            let at = match chosen.points {
+                all if all == self.points => String::new(),
+                some => format!("at {some} of {} points: ", self.points),
+            };
+            writeln!(out, "  {:<8} {at}{}", chosen.integrator, chosen.why)?;
+        }
         for (label, on) in [("on", true), ("off", false)] {
             let effects = self.effects.iter().filter(|effect| effect.on == on);
             let texts: Vec<_> = effects.map(|effect| format!("{} ({})", effect.name, effect.why)).collect();

@@ -122,6 +122,8 @@ impl Wedge {
 }
 
 impl Shape for Wedge {
+    const LEVEL: f64 = LEVEL;
+
     fn id(&self) -> u32 {
         self.id
     }

@@ -42,6 +42,8 @@ pub struct Disc {
 }
 
 impl Shape for Disc {
+    const LEVEL: f64 = 0.0;
+
     fn id(&self) -> u32 {
         self.id
     }

@@ -26,6 +26,8 @@ pub struct HalfPlane {
 }
 
 impl Shape for HalfPlane {
+    const LEVEL: f64 = LEVEL;
+
     fn id(&self) -> u32 {
         0
     }

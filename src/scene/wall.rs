@@ -45,6 +45,9 @@ pub struct Touch<S: Simd> {
 
 /// A convex obstacle.
 pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// beta of its contact with edges: [`LEVEL`] for shapes with flat faces, zero for round ones.
+    const LEVEL: f64;
+
     /// Orders the shapes of a scene, so that sums over them have one order.
     fn id(&self) -> u32;
 

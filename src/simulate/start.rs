@@ -13,9 +13,10 @@ use crate::effects::perimeter::Perimeter;
 use crate::effects::self_contact::SelfContact;
 use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::relax::{self, Place};
 use crate::integrator::verlet::{RingEffects, RingMotion};
-use crate::job::{self, Deformable, GravityForm, Job, MASS, Model, Point, Scene, regular_edge};
+use crate::job::{self, Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, regular_edge};
 use crate::scene::channel::ChannelWalls;
 use crate::scene::library::ArrayLibrary;
 use crate::scene::plate::Plate;
@@ -97,7 +98,7 @@ impl<W: Walls> Start<'_, W> {
             self.place,
             self.contact(ring),
             self.repulsion(ring),
-            self.point.stepping.dt,
+            &self.point.stepping,
             self.level,
         )?;
         let (n, v_t, b0) = (ring.n_vertices, self.point.v_t, self.point.b0);
@@ -128,7 +129,11 @@ impl<W: Walls> Start<'_, W> {
             walls: self.contact(ring),
             others,
         };
-        Box::new(RingMotion::start(placed, effects, self.point.stepping.dt, self.level))
+        let dt = self.point.stepping.dt;
+        match self.point.stepping.integrator {
+            Integrator::Verlet => Box::new(RingMotion::start(placed, effects, dt, self.level)),
+            Integrator::Implicit => Box::new(ImplicitMotion::start(placed, effects, dt, self.level)),
+        }
     }
 
     fn contact(&self, ring: &Deformable) -> Box<dyn WallContact> {

@@ -12,12 +12,18 @@
 //!
 //! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what it was
 //! down: Phi has fallen, which is judged by the slope because differences of Phi itself drown in round-off long before
-//! velocities of 1e-9 V_t are resolved.
+//! velocities of 1e-9 V_t are resolved. Nor may a cut step end short of the bottom, for the slope has kinks where a hard wall is
+//! touched: a step that ends just before the wall does not learn of it, and the next one is the same again.
+//!
+//! A ring that slides round an obstacle loses touch in every prediction, by the little that a tangent leads away from a
+//! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that pushed at the
+//! end of the time step before, and is taken whole; then they are free to open.
 
 use crate::droplet::deformable::Ring;
 use crate::effects::stiffness::{Parts, Stiffness};
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::cyclic::CyclicSolver;
+use crate::integrator::implicit::field::Field;
 use crate::integrator::verlet::{Kick, RingEffects, add_forces, edge_pass};
 use crate::on_level;
 use crate::vector::{LANES, inverse_sqrt, load, padded, store};
@@ -27,7 +33,7 @@ use fearless_simd::{Level, f64x8, prelude::*};
 const MOST_ITERATIONS: u32 = 25;
 
 /// Most cuts of one Newton step.
-const MOST_CUTS: u32 = 8;
+const MOST_CUTS: u32 = 14;
 
 /// The last correction is smaller than this, in sigma, plus [`RELATIVE_TOLERANCE`] of the largest displacement.
 const TOLERANCE: f64 = 1e-14;
@@ -50,40 +56,6 @@ pub enum Refusal {
     /// Not even the positive parts gave a positive matrix: the numbers are no longer finite.
     #[error("the positions are no longer finite")]
     NotFinite,
-}
-
-/// Vectors of x and y for each vertex, zero in the padding.
-#[derive(Clone, Debug)]
-pub struct Field {
-    /// x components, `padded(n)` long.
-    pub x: Vec<f64>,
-    /// y components, likewise.
-    pub y: Vec<f64>,
-}
-
-impl Field {
-    /// Zeros for `n` vertices.
-    pub fn zero(n: usize) -> Self {
-        Self { x: vec![0.0; padded(n)], y: vec![0.0; padded(n)] }
-    }
-
-    /// Largest length of a vector; not finite if one of them is not.
-    pub fn largest(&self) -> f64 {
-        let mut lanes = [0.0_f64; LANES];
-        for (x, y) in self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES)) {
-            for k in 0..LANES {
-                let squared = x[k] * x[k] + y[k] * y[k];
-                // A NaN must not pass for small, and stays once it is there.
-                lanes[k] = if squared <= lanes[k] || lanes[k].is_nan() { lanes[k] } else { squared };
-            }
-        }
-        lanes.iter().fold(0.0_f64, |a, &b| if b <= a || a.is_nan() { a } else { b }).sqrt()
-    }
-
-    fn still_padding(&mut self, n: usize) {
-        self.x[n..].fill(0.0);
-        self.y[n..].fill(0.0);
-    }
 }
 
 /// Work space of the minimisation.
@@ -131,9 +103,14 @@ impl Newton {
 
     /// Puts the ring at `start + displacement`, none of its vertices having been further than `distance` from there.
     pub fn place<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, distance: f64) {
-        for i in 0..ring.n {
-            ring.x[i] = self.start.x[i] + self.displacement.x[i];
-            ring.y[i] = self.start.y[i] + self.displacement.y[i];
+        let n = ring.n;
+        for (to, start, by) in [
+            (&mut ring.x[..n], &self.start.x[..n], &self.displacement.x[..n]),
+            (&mut ring.y[..n], &self.start.y[..n], &self.displacement.y[..n]),
+        ] {
+            for i in 0..n {
+                to[i] = start[i] + by[i];
+            }
         }
         ring.close();
         self.travelled += distance;
@@ -145,9 +122,14 @@ impl Newton {
 
     /// Adds `share` of the correction, whose largest vector is `size`.
     fn go<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, share: f64, size: f64) {
-        for i in 0..ring.n {
-            self.displacement.x[i] += share * self.correction.x[i];
-            self.displacement.y[i] += share * self.correction.y[i];
+        let n = ring.n;
+        for (to, by) in [
+            (&mut self.displacement.x[..n], &self.correction.x[..n]),
+            (&mut self.displacement.y[..n], &self.correction.y[..n]),
+        ] {
+            for i in 0..n {
+                to[i] += share * by[i];
+            }
         }
         self.place(ring, effects, share.abs() * size);
     }
@@ -162,12 +144,21 @@ impl Newton {
         effects: &mut RingEffects<E, D>,
         level: Level,
     ) -> Result<u32, Refusal> {
+        let mut held = effects.hold(ring);
         self.evaluate(ring, effects, level);
         for iteration in 1..=MOST_ITERATIONS {
-            self.direct(ring, effects, level)?;
+            let found = self.direct(ring, effects, level);
+            effects.let_go();
+            found?;
             let size = self.correction.largest();
             if !size.is_finite() {
                 return Err(Refusal::NotFinite);
+            }
+            if held {
+                held = false;
+                self.go(ring, effects, (LONGEST / size).min(1.0), size);
+                self.evaluate(ring, effects, level);
+                continue;
             }
             if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest() {
                 self.go(ring, effects, 1.0, size);
@@ -192,14 +183,14 @@ impl Newton {
             }
             let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
             let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
-            if self.solver.solve(&self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
+            if self.solver.solve(level, &self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
                 return Ok(());
             }
         }
         Err(Refusal::NotFinite)
     }
 
-    /// Goes along the correction, cut until the slope of Phi is no longer steep and upwards.
+    /// Goes along the correction, cut until the slope of Phi is no longer steep.
     fn search<E: EdgeForce, D: Drag>(
         &mut self,
         ring: &mut Ring,
@@ -214,16 +205,27 @@ impl Newton {
         if size < NOT_CUT {
             return;
         }
-        for _ in 0..MOST_CUTS {
-            let up = self.slope();
-            if up <= 0.5 * down {
+        let mut up = self.slope();
+        // The bottom lies between two lengths: at the first the slope leads down, at the second up.
+        let (mut low, mut high) = ((0.0, -down), (share, up));
+        for cut in 0..MOST_CUTS {
+            if up <= 0.5 * down && (cut == 0 || up >= -0.9 * down) {
                 return;
             }
-            // Where a straight line through both slopes is level.
-            let level_at = if up.is_finite() { (down / (down + up)).max(0.1) } else { 0.1 };
-            self.go(ring, effects, share * (level_at - 1.0), size);
-            share *= level_at;
+            // Where a straight line through both slopes is level; every third time half way, for kinks mislead it.
+            let width = high.0 - low.0;
+            let level_at = if cut % 3 == 2 { 0.5 } else { low.1 / (low.1 - high.1) };
+            let level_at = if level_at.is_finite() { level_at.clamp(0.01, 0.99) } else { 0.1 };
+            let next = low.0 + level_at * width;
+            self.go(ring, effects, next - share, size);
+            share = next;
             self.evaluate(ring, effects, level);
+            up = self.slope();
+            if up <= 0.0 {
+                low = (share, up);
+            } else {
+                high = (share, up);
+            }
         }
     }
 
@@ -231,9 +233,11 @@ impl Newton {
     fn slope(&self) -> f64 {
         let (p, r) = (&self.correction, &self.residual);
         let mut lanes = [0.0; LANES];
-        for i in (0..p.x.len()).step_by(LANES) {
+        let (px, py) = (p.x.chunks_exact(LANES), p.y.chunks_exact(LANES));
+        let (rx, ry) = (r.x.chunks_exact(LANES), r.y.chunks_exact(LANES));
+        for ((px, py), (rx, ry)) in px.zip(py).zip(rx.zip(ry)) {
             for k in 0..LANES {
-                lanes[k] += p.x[i + k] * r.x[i + k] + p.y[i + k] * r.y[i + k];
+                lanes[k] += px[k] * rx[k] + py[k] * ry[k];
             }
         }
         lanes.iter().sum()

@@ -1,0 +1,85 @@
+//! Laws of both integrators as jobs take them: the same physics, and what happens where one of them gives up.
+
+use meniscus::campaign::Campaign;
+use meniscus::job::{Integrator, Job};
+use meniscus::scene::library::ArrayLibrary;
+use meniscus::simulate::{Context, simulate};
+use meniscus::trajectory::{Failure, FailureClass, Outcome, Trajectory};
+use meniscus::vector::best_level;
+use std::sync::atomic::AtomicBool;
+
+/// The first job of a campaign of these keys, and the integrator it has.
+fn job(keys: &str, seed: u64) -> (Job, Integrator) {
+    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\nsample_every = 1.0\n{keys}");
+    let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
+    let block = &campaign.blocks[0];
+    let point = block.points[0].clone();
+    let integrator = point.stepping.integrator;
+    (Job { point, point_id: block.point_ids[0], seed }, integrator)
+}
+
+fn run(keys: &str, seed: u64) -> Result<Trajectory, Failure> {
+    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
+    simulate(&job(keys, seed).0, context).map(|trajectory| trajectory.expect("nobody stops it"))
+}
+
+const ARRAY: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\nbox_size = 20.0\n";
+
+#[test]
+fn both_integrators_take_a_droplet_through_the_channel_alike() {
+    for physics in ["", "b0 = 0.1", "gravity = \"centroid\""] {
+        let passage = |integrator: &str, dt: f64| {
+            let keys = "scene = \"channel\"\nw = 0.9\ngamma = 0.5\nh_start = -1.0\nn_vertices = 128\nv_t = 0.08";
+            let passage = run(&format!("{keys}\nintegrator = \"{integrator}\"\ndt = {dt}\n{physics}"), 0).unwrap();
+            assert_eq!(passage.outcome, Outcome::Exited);
+            passage
+        };
+        let (verlet, implicit) = (passage("verlet", 5e-4), passage("implicit", 0.02));
+        let (a, b) = (verlet.shape_max.unwrap(), implicit.shape_max.unwrap());
+        assert!((a - b).abs() < 0.02 * (a - 1.0), "{physics}: A_max {a} and {b}");
+        let (a, b) = (verlet.v_g_mean.unwrap(), implicit.v_g_mean.unwrap());
+        assert!((a / b - 1.0).abs() < 0.01, "{physics}: mean speeds {a} and {b}");
+        for (i, h) in implicit.samples.h.iter().enumerate().take(verlet.samples.len()) {
+            assert_eq!(implicit.samples.t[i], verlet.samples.t[i]);
+            assert!((h - verlet.samples.h[i]).abs() < 5e-3, "{physics}: {h} at t = {}", implicit.samples.t[i]);
+        }
+    }
+}
+
+#[test]
+fn the_literal_wall_clogs_a_droplet_where_the_shared_one_does() {
+    let clog = |keys: &str, seed| {
+        let keys = format!("{ARRAY}gamma = 1.5\nn_vertices = 64\n{keys}\nlimits.ek_threshold = 1e-13");
+        let trajectory = run(&keys, seed).unwrap();
+        assert!(trajectory.energy_rise_max < 1e-9);
+        (trajectory.overlap_max, trajectory.clog.expect("it clogs"))
+    };
+    for seed in [1, 2] {
+        let (_, verlet) = clog("integrator = \"verlet\"", seed);
+        let (_, implicit) = clog("integrator = \"implicit\"", seed);
+        let (overlap, literal) = clog("wall = \"per_vertex\"", seed);
+        let apart = |a: &meniscus::trajectory::Clog| ((a.x - verlet.x).powi(2) + (a.y - verlet.y).powi(2)).sqrt();
+        assert!(apart(&implicit) < 1e-5, "seed {seed}: {:.2e}", apart(&implicit));
+        assert!(apart(&literal) < 0.03 && overlap < 1e-7, "seed {seed}: {:.2e}", apart(&literal));
+    }
+}
+
+#[test]
+fn a_fine_and_stiff_ring_takes_the_implicit_integrator_by_itself_and_keeps_its_area() {
+    let keys = format!("{ARRAY}gamma = 10.0\nn_vertices = 1024\nlimits.t_max = 20.0");
+    assert_eq!(job(&keys, 0).1, Integrator::Implicit);
+    let trajectory = run(&keys, 0).unwrap();
+    assert_eq!(trajectory.outcome, Outcome::TimeLimit);
+    // Gamma/R over K_a is 0.25% of the area.
+    assert!(trajectory.area_error_max.unwrap() < 4e-3 && trajectory.energy_rise_max < 1e-9);
+}
+
+#[test]
+fn a_step_that_cannot_be_taken_ends_the_run_as_unstable_with_the_shape_kept() {
+    let channel = "scene = \"channel\"\nw = 0.7\n";
+    let keys = format!("{channel}gamma = 1.0\nv_t = 10.0\nintegrator = \"implicit\"\ndt = 1e5\nlimits.t_max = 1e6");
+    let failure = run(&keys, 0).unwrap_err();
+    assert_eq!(failure.class, FailureClass::Unstable);
+    assert!(failure.reason.contains("dt"), "{failure}");
+    assert_eq!(failure.shape.unwrap().x.len(), 256);
+}
