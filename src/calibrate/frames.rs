@@ -184,10 +184,11 @@ impl Reading<'_, '_> {
             }
             places.push(place);
         }
-        for missing in COLUMNS[..REQUIRED].iter().filter(|column| !seen.contains(**column)) {
-            let line = self.line(record);
-            let message = format!("the column `{missing}` is missing");
-            self.problems.add(line, None, message, Some(header_help()));
+        let missing: Vec<&str> = COLUMNS[..REQUIRED].iter().copied().filter(|column| !seen.contains(column)).collect();
+        // A name that is misspelt is not missing, too.
+        if !wrong && !missing.is_empty() {
+            let (line, missing) = (self.line(record), missing.join("`, `"));
+            self.problems.add(line, None, format!("no column is named `{missing}`"), Some(header_help()));
             wrong = true;
         }
         (!wrong).then_some(places)

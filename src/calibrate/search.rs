@@ -25,10 +25,10 @@ const STARTS: usize = 2;
 const SIMPLEX: f64 = 0.5;
 
 /// The search ends when the costs at the corners of the simplex differ by so little of the first one.
-const TOLERANCE: f64 = 5e-4;
+const TOLERANCE: f64 = 1e-3;
 
 /// Most steps of a search.
-const MOST_STEPS: u64 = 60;
+const MOST_STEPS: u64 = 40;
 
 /// Cost where there is no profile: out of range, or a failed simulation.
 const NOWHERE: f64 = 1e9;
