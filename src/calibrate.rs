@@ -134,7 +134,7 @@ fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> 
         })
         .collect();
     let [g0, g1, b0, b1] = [0, 1, 2, 3].map(|k| (sides[k].0, sides[k].1.as_ref()));
-    curvature_errors(trial, &fit.deviation, [[g0, g1], [b0, b1]])
+    curvature_errors(trial, &fit.profile, [[g0, g1], [b0, b1]])
 }
 
 /// An estimate from one trial of `n` frames, whose interval is that of Student's t with n - 2 degrees of freedom.

@@ -9,6 +9,7 @@
 
 use super::frames::Trial;
 use super::profile::{Parameters, Profile};
+use nalgebra::{Matrix2, Vector2};
 
 /// Deviations of a profile from a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,32 +51,37 @@ impl Deviation {
     }
 }
 
-/// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum.
+/// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum, whatever the noise of each frame.
 ///
-/// With the derivatives `g_i = (dv/dGamma, dv/db0)/e_i` of the simulated speeds at the frames, by differences between
-/// profiles `[lower, upper]` in each parameter, the covariance is `s^2 (sum_i g_i g_i^T)^-1`, where `s^2 = n Delta_v^2/(n - 2)`. `None` if a
+/// With the deviations `r_i = (v_sim(h_i) - v_i)/e_i` and the derivatives `g_i = (dv/dGamma, dv/db0)/e_i` of the simulated speeds, by
+/// differences between profiles `[lower, upper]` in each parameter, the covariance is `n/(n - 2) H^-1 (sum_i r_i^2 g_i g_i^T) H^-1`, `H = sum_i g_i g_i^T`
+/// (White, Econometrica 48, 817 (1980)): noise that grows with the speed would make the usual `s^2 H^-1` too small. `None` if a
 /// profile does not reach the frames, or the frames do not tell the parameters apart.
 pub fn curvature_errors(
     trial: &Trial,
-    deviation: &Deviation,
+    best: &Profile,
     neighbours: [[(Parameters, &Profile); 2]; 2],
 ) -> Option<[f64; 2]> {
     let widths = [neighbours[0][1].0.gamma - neighbours[0][0].0.gamma, neighbours[1][1].0.b0 - neighbours[1][0].0.b0];
-    let (mut a, mut b, mut c) = (0.0, 0.0, 0.0);
+    let (mut curvature, mut noise) = (Matrix2::zeros(), Matrix2::zeros());
     for frame in &trial.frames {
-        let mut slopes = [0.0; 2];
+        let mut slopes = Vector2::zeros();
         for k in 0..2 {
             let [[low, _], [high, _]] = [neighbours[k][0].1.at(frame.h)?, neighbours[k][1].1.at(frame.h)?];
             slopes[k] = (high - low) / widths[k] / frame.v_g_error;
         }
-        a += slopes[0] * slopes[0];
-        b += slopes[0] * slopes[1];
-        c += slopes[1] * slopes[1];
+        let deviation = (best.at(frame.h)?[0] - frame.v_g) / frame.v_g_error;
+        let square = slopes * slopes.transpose();
+        curvature += square;
+        noise += square * (deviation * deviation);
     }
+    // The share of the determinant that the correlation of both slopes leaves.
+    let told_apart = curvature.determinant() > 1e-12 * curvature[(0, 0)] * curvature[(1, 1)];
+    let inverse = curvature.try_inverse().filter(|_| told_apart)?;
     let n = trial.frames.len() as f64;
-    let (determinant, variance) = (a * c - b * b, n * deviation.v_g * deviation.v_g / (n - 2.0));
-    let errors = [variance * c / determinant, variance * a / determinant].map(f64::sqrt);
-    (determinant > 1e-12 * a * c && errors.iter().all(|error| error.is_finite())).then_some(errors)
+    let covariance = inverse * noise * inverse * (n / (n - 2.0));
+    let errors = [0, 1].map(|k| covariance[(k, k)].sqrt());
+    errors.iter().all(|error| error.is_finite()).then_some(errors)
 }
 
 #[cfg(test)]
@@ -108,8 +114,8 @@ mod tests {
     }
 
     #[test]
-    fn the_curvature_of_a_straight_line_gives_the_textbook_errors() {
-        // v = gamma + b0 h, at h = -1, 0, 1 with deviations 0.1, -0.2, 0.1 from it: s^2 = 0.06.
+    fn the_curvature_of_a_straight_line_gives_the_errors_of_its_formula() {
+        // v = gamma + b0 h, at h = -1, 0, 1 with deviations 0.1, -0.2, 0.1 from it.
         let trial = trial(&[(-1.0, 0.1), (0.0, -0.2), (1.0, 0.1)]);
         let line = |gamma: f64, b0: f64| {
             let h = vec![-1.5, 1.5];
@@ -117,11 +123,11 @@ mod tests {
             (Parameters { gamma, b0 }, Profile { h, v_g, shape: vec![1.0; 2] })
         };
         let [g0, g1, b0, b1] = [line(-0.5, 0.0), line(0.5, 0.0), line(0.0, -0.5), line(0.0, 0.5)];
-        let deviation = Deviation::between(&line(0.0, 0.0).1, &trial);
+        let best = line(0.0, 0.0).1;
         let neighbours = [[(g0.0, &g0.1), (g1.0, &g1.1)], [(b0.0, &b0.1), (b1.0, &b1.1)]];
-        let [gamma, slope] = curvature_errors(&trial, &deviation, neighbours).unwrap();
-        assert!((gamma - 0.02_f64.sqrt()).abs() < 1e-12 && (slope - 0.03_f64.sqrt()).abs() < 1e-12);
+        let [gamma, slope] = curvature_errors(&trial, &best, neighbours).unwrap();
+        assert!((gamma - 0.02_f64.sqrt()).abs() < 1e-12 && (slope - 0.015_f64.sqrt()).abs() < 1e-12);
         let same = [neighbours[0], neighbours[0]];
-        assert_eq!(curvature_errors(&trial, &deviation, same), None);
+        assert_eq!(curvature_errors(&trial, &best, same), None);
     }
 }

@@ -25,7 +25,7 @@ const STARTS: usize = 2;
 const SIMPLEX: f64 = 0.5;
 
 /// The search ends when the costs at the corners of the simplex differ by so little of the first one.
-const TOLERANCE: f64 = 1e-3;
+const TOLERANCE: f64 = 2e-3;
 
 /// Most steps of a search.
 const MOST_STEPS: u64 = 40;
