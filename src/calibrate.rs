@@ -56,6 +56,8 @@ pub struct Calibration {
     pub gamma: Estimate,
     /// b0*.
     pub b0: Estimate,
+    /// Where the simulated droplets started and ended, in sigma.
+    pub window: [f64; 2],
     /// Simulations made, and how many of them failed.
     pub simulations: [usize; 2],
     /// Names of the parameters that lie at an end of their range.
@@ -105,7 +107,8 @@ pub fn calibrate(
     };
     let (gamma, b0) = (estimate(0), estimate(1));
     let at_the_end = at_the_end(&fits, ranges);
-    Ok(Calibration { gamma, b0, simulations: laboratory.count(), at_the_end, fits })
+    let (window, simulations) = (laboratory.window(), laboratory.count());
+    Ok(Calibration { gamma, b0, window, simulations, at_the_end, fits })
 }
 
 fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges) -> Result<TrialFit, CalibrateError> {

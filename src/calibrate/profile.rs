@@ -76,10 +76,13 @@ impl Profile {
     }
 }
 
+/// Profiles by the bits of gamma and b0.
+type Known = HashMap<[u64; 2], Result<Arc<Profile>, Failure>>;
+
 /// A channel in which a droplet of any parameters can be let through; what was once computed is kept.
 pub struct Laboratory<'w> {
     template: Point,
-    known: Mutex<HashMap<[u64; 2], Result<Arc<Profile>, Failure>>>,
+    known: Mutex<Known>,
     arrays: ArrayLibrary,
     stop: AtomicBool,
     watch: &'w (dyn Fn(usize) + Sync),
@@ -106,11 +109,11 @@ impl<'w> Laboratory<'w> {
         Self { template, known, arrays: ArrayLibrary::default(), stop: AtomicBool::new(false), watch }
     }
 
-    /// Where simulations start and end, in sigma, and the longest time they may take, in t0.
-    pub fn window(&self) -> [f64; 3] {
+    /// Where simulations start and end, in sigma.
+    pub fn window(&self) -> [f64; 2] {
         match &self.template.scene {
-            Scene::Channel(channel) => [channel.h_start, channel.h_end, self.template.limits.t_max],
-            Scene::Obstacles(_) | Scene::Plate => [0.0, 0.0, self.template.limits.t_max],
+            Scene::Channel(channel) => [channel.h_start, channel.h_end],
+            Scene::Obstacles(_) | Scene::Plate => [0.0; 2],
         }
     }
 
