@@ -17,7 +17,7 @@ const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9
 const FREE: f64 = 0.05;
 
 /// About so many numbers stand along an axis.
-const TICKS: f64 = 6.0;
+const TICKS: f64 = 8.0;
 
 /// One trial of a plot.
 #[derive(Clone, Debug, Default)]
