@@ -28,7 +28,8 @@ Example, a droplet filmed twice on its way through an orifice of 0.7 diameters:
   meniscus calibrate monday.csv tuesday.csv --w 0.7 --v-t 0.032
 
 Beside each file FRAMES.csv it writes FRAMES.fit.csv (the simulated speed and shape at each frame) and the plots FRAMES.fit.svg
-and .png. At 256 vertices it takes some minutes; --n-vertices 128 is four times as fast, and less true where a droplet barely passes.";
+and .png. Give v_g_error if you can: slow frames, where the droplet squeezes through, then count as they should. At 256 vertices a fit
+takes ten minutes or so on two cores; fewer --n-vertices are faster, but may stay stuck where a droplet barely passes.";
 
 /// Arguments of `calibrate`.
 #[derive(Debug, clap::Args)]
