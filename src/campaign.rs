@@ -32,11 +32,12 @@ mod section;
 mod spelling;
 
 pub use problem::{CampaignErrors, Invalid, Problem};
+pub(crate) use problem::{Problems, line_of};
 pub use resolve::MOST_JOBS;
+pub(crate) use spelling::nearest;
 
 use crate::job::{IntegratorChoice, Point, PointId};
 use keys::Id;
-use problem::{Problems, line_of};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;

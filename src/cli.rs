@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, no logic of its own. stdout is data, stderr is talk.
 
+mod calibrate;
 mod fit;
 mod plan;
 mod progress;
@@ -51,6 +52,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
     Render(render::Arguments),
+    /// Find line tension and near-wall drag of a droplet from an experiment's frames
+    Calibrate(calibrate::Arguments),
 }
 
 impl Cli {
@@ -63,6 +66,7 @@ impl Cli {
             Command::Query(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
+            Command::Calibrate(arguments) => arguments.run(self.quiet),
         }
     }
 }
@@ -108,9 +112,10 @@ pub fn talk(cli: &Cli) {
 
 /// Shows an error on stderr.
 pub fn complain(error: &(dyn Error + 'static)) {
-    match error.downcast_ref::<CampaignErrors>() {
-        Some(problems) => eprintln!("{}", problems.render(colour())),
-        None => eprintln!("error: {error}"),
+    match (error.downcast_ref::<CampaignErrors>(), error.downcast_ref::<calibrate::BadFrames>()) {
+        (Some(problems), _) => eprintln!("{}", problems.render(colour())),
+        (_, Some(problems)) => eprintln!("{}", problems.render(colour())),
+        _ => eprintln!("error: {error}"),
     }
 }
 

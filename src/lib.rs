@@ -12,6 +12,7 @@
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
 pub mod analysis;
+pub mod calibrate;
 pub mod campaign;
 pub mod droplet;
 pub mod effects;

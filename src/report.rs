@@ -2,9 +2,11 @@
 //! return text or bytes; nothing is printed.
 
 pub mod animation;
+pub mod calibration;
 pub mod caption;
 pub mod droplet;
 mod parameters;
+pub mod profile_plot;
 pub mod raster;
 mod rounding;
 pub mod surroundings;

@@ -92,8 +92,8 @@ impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         ImplicitMotion::engulfed(self)
     }
-    fn crosses(&self) -> bool {
-        SelfContact::crosses(&self.ring)
+    fn ring(&self) -> Option<&Ring> {
+        Some(&self.ring)
     }
 }
 

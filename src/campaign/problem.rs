@@ -1,4 +1,4 @@
-//! What is wrong with a campaign file: every mistake with its place, and the text a person reads.
+//! What is wrong with a file that people write: every mistake with its place, and the text a person reads.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::fmt;
@@ -6,7 +6,7 @@ use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// One mistake in a campaign file.
+/// One mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Line, from 1.
@@ -63,7 +63,7 @@ pub enum CampaignErrors {
     Invalid(Box<Invalid>),
 }
 
-/// A campaign file and all its mistakes, in the order of the file.
+/// A file and all its mistakes, in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Invalid {
     /// Name of the file, as given.
@@ -110,18 +110,18 @@ impl Invalid {
 }
 
 /// Collects the mistakes of one text.
-pub(super) struct Problems<'t> {
+pub(crate) struct Problems<'t> {
     text: &'t str,
     list: Vec<Problem>,
 }
 
 impl<'t> Problems<'t> {
-    pub(super) fn of(text: &'t str) -> Self {
+    pub(crate) fn of(text: &'t str) -> Self {
         Self { text, list: Vec::new() }
     }
 
     /// Notes a mistake at the bytes `span`; only the first line of a longer span is shown.
-    pub(super) fn add(&mut self, span: Range<usize>, key: Option<String>, message: String, help: Option<String>) {
+    pub(crate) fn add(&mut self, span: Range<usize>, key: Option<String>, message: String, help: Option<String>) {
         let start = floor_char_boundary(self.text, span.start);
         let line_end = self.text[start..].find(['\r', '\n']).map_or(self.text.len(), |length| start + length);
         let end = floor_char_boundary(self.text, span.end.clamp(start, line_end)).max(start);
@@ -131,12 +131,12 @@ impl<'t> Problems<'t> {
         self.list.push(Problem { line, column, key, message, help, span: start..end });
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
     /// The mistakes in file order, each once although several blocks may inherit it.
-    pub(super) fn into_invalid(mut self, file: &str) -> Invalid {
+    pub(crate) fn into_invalid(mut self, file: &str) -> Invalid {
         self.list.sort_by(|a, b| (a.span.start, &a.message).cmp(&(b.span.start, &b.message)));
         self.list.dedup();
         Invalid { file: file.to_owned(), text: self.text.to_owned(), problems: self.list }
@@ -144,7 +144,7 @@ impl<'t> Problems<'t> {
 }
 
 /// The line that holds byte `at`, from 1.
-pub(super) fn line_of(bytes: &[u8], at: usize) -> usize {
+pub(crate) fn line_of(bytes: &[u8], at: usize) -> usize {
     bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1
 }
 
