@@ -5,9 +5,8 @@ mod start;
 pub use start::is_linear;
 
 use crate::droplet::Observation;
-use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
-use crate::effects::self_contact;
+use crate::effects::self_contact::SelfContact;
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::verlet::RingMotion;
@@ -50,8 +49,8 @@ pub(crate) trait Motion {
     fn shape(&self, t: f64) -> ShapeRecord;
     /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
-    /// The droplet's outline, if it has one.
-    fn ring(&self) -> Option<&Ring>;
+    /// Whether the droplet's outline crosses itself.
+    fn crosses(&self) -> bool;
 }
 
 impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
@@ -71,8 +70,8 @@ impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         RingMotion::engulfed(self)
     }
-    fn ring(&self) -> Option<&Ring> {
-        Some(&self.ring)
+    fn crosses(&self) -> bool {
+        SelfContact::crosses(&self.ring)
     }
 }
 
@@ -92,8 +91,8 @@ impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         ImplicitMotion::engulfed(self)
     }
-    fn ring(&self) -> Option<&Ring> {
-        Some(&self.ring)
+    fn crosses(&self) -> bool {
+        SelfContact::crosses(&self.ring)
     }
 }
 
@@ -114,8 +113,8 @@ impl<W: Walls> Motion for SoftMotion<W> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
     }
-    fn ring(&self) -> Option<&Ring> {
-        None
+    fn crosses(&self) -> bool {
+        false
     }
 }
 
@@ -161,10 +160,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
     }
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
-    let (delta, fail_engulfed) = match &point.model {
-        Model::Deformable(ring) => (ring.delta, ring.engulfed == Engulfed::Fail),
-        Model::Soft(_) => (0.0, false),
-    };
+    let fail_engulfed = !matches!(&point.model, Model::Deformable(ring) if ring.engulfed == Engulfed::Record);
     // Where a droplet counts as through, and what coming to rest is called.
     let (h_end, at_rest) = match &point.scene {
         Scene::Obstacles(_) => (f64::INFINITY, Outcome::Clogged),
@@ -204,7 +200,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             );
             return Err(fail(FailureClass::Engulfed, reason, shape));
         }
-        if motion.ring().is_some_and(|ring| self_contact::crosses(ring, delta)) {
+        if motion.crosses() {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
             return Err(fail(FailureClass::Crossed, reason, shape));
         }

@@ -3,23 +3,13 @@
 //! Velocity-Verlet is stable for `dt < 2/omega`, omega the highest frequency of the linearised forces. Frequencies of
 //! several terms on one vertex add in squares at most, so `omega^2 <= sum omega_term^2` bounds it from above.
 
-use crate::effects::self_contact::TOTAL_STIFFNESS;
-use crate::job::{Deformable, MASS, Model, Point, SelfContact, regular_edge};
+use crate::job::{Deformable, MASS, Model, Point, regular_edge};
 
 /// Step of the source paper, and the largest that `dt = "auto"` takes.
 pub const PAPER_DT: f64 = 1e-3;
 
 /// Share of the stability limit that `dt = "auto"` takes at most.
 pub const AUTO_SHARE: f64 = 0.8;
-
-/// Tension below which the weight of the vertices of a droplet at rest, about `M h/pi` at height h = 1, is more than the interface
-/// can hold: they stand on each other in a pile.
-const PILE_TENSION: f64 = 0.25;
-
-/// Whether vertices of this ring may pile up on one another.
-pub fn vertices_pile_up(ring: &Deformable) -> bool {
-    ring.self_contact == SelfContact::Auto && ring.gamma < PILE_TENSION
-}
 
 /// The highest frequency that one force term can give a vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,14 +71,6 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
             remedy: "lower e_w, or take wall = \"total\"",
         },
     ];
-    if vertices_pile_up(ring) {
-        terms.push(TermFrequency {
-            term: "self-contact",
-            // All vertices may stand on one edge: N_v k = the total stiffness.
-            omega: (TOTAL_STIFFNESS / vertex_mass).sqrt(),
-            remedy: "raise gamma, lower n_vertices, or take self_contact = \"off\"",
-        });
-    }
     if ring.kappa > 0.0 {
         terms.push(TermFrequency {
             term: "perimeter",

@@ -1,44 +1,31 @@
-//! The ring repels itself: `U = sum (k/2)(delta - d)^2` over vertices and edges that are not neighbours along the ring and
-//! closer than `delta` in the plane.
+//! The ring repels itself where it folds back: `U = sum (k/2)(delta - d)^2` over vertices and edges that lie apart along the
+//! ring and closer than `delta` in the plane.
 //!
 //! `d` is the distance of a vertex from its nearest point on an edge; in the plane two edges that do not cross are
-//! nearest at an end of one of them, so vertices against edges miss nothing. Neighbours are the parts of the ring whose way
-//! along it, at rest, is at most `pi delta`: the loop between them could not hold one vertex. Who is whose neighbour never
-//! changes, so the energy has no jumps.
+//! nearest at an end of one of them, so vertices against edges miss nothing. A pair counts if the way between them along the
+//! ring is longer than [`WAY`] times `delta`: closer ones are a bend, not a fold.
 //!
-//! This does two things. The legs of a droplet that wraps round an obstacle do not pass through one another. And vertices
-//! that gravity drives down the interface do not pile up without bound: the tension holds up the vertices below only
-//! while `Gamma` exceeds their weight, about `M h/pi` for a droplet of height h at rest, and beyond that they must stand on
-//! each other.
-//!
-//! Eight vertices are paired with each edge that comes close to one of them; where nothing comes close there is no pair, and
-//! the effect costs a look at the boxes of the blocks whenever some vertex has moved by half the skin.
+//! Blocks of eight vertices are paired with blocks of eight edges whose boxes come close; where the ring does not fold
+//! there is no pair, and the effect costs a look at the boxes whenever some vertex has moved by half the skin.
 
 use super::RingForce;
 use crate::droplet::deformable::Ring;
-use crate::job::regular_edge;
 use crate::on_level;
 use crate::vector::{LANES, load, padded, store, sum_lanes};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
-use std::f64::consts::PI;
 
-/// Sum of the movements of two vertices after which pairs may be missed, in units of delta.
-const SKIN: f64 = 0.5;
+/// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
+const WAY: f64 = 3.0;
 
-/// Stiffness k times the number of vertices. A few long edges may carry the whole weight of a droplet, which must not push them
-/// through one another: at N_v = 256 one contact bears 4.8 before it gives way, six times that weight.
-pub const TOTAL_STIFFNESS: f64 = 1e5;
+/// Sum of the movements of two vertices after which pairs may be missed, in sigma; less than `(WAY - 1) delta` keeps bends
+/// of a round ring off the list.
+const SKIN: f64 = 0.02;
 
-/// Eight vertices and an edge that may touch.
+/// Eight vertices and eight edges that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
     vertices: usize,
-    edge: usize,
-}
-
-/// Farthest neighbour along a ring of `n` vertices of diameter `delta`: its way at rest is at most `pi delta`.
-fn farthest_neighbour(n: usize, delta: f64) -> usize {
-    ((PI * delta / regular_edge(n)) as usize).max(1)
+    edges: usize,
 }
 
 /// The self-contact effect and its list of pairs.
@@ -47,12 +34,11 @@ pub struct SelfContact {
     level: Level,
     stiffness: f64,
     delta: f64,
-    /// Vertices up to this many places further along are neighbours.
-    neighbours: f64,
-    /// 0, 1, 2, ...; the padding counts as a neighbour of all.
-    place: Vec<f64>,
     pairs: Vec<Pair>,
-    /// Where the vertices were when the list was made, relative to their mean.
+    /// Way along the ring from vertex 0 to each vertex when the list was made; the padding lies at infinity.
+    way: Vec<f64>,
+    whole_way: f64,
+    /// Where the vertices were then, relative to their mean.
     listed_x: Vec<f64>,
     listed_y: Vec<f64>,
     slack: f64,
@@ -61,15 +47,15 @@ pub struct SelfContact {
 impl SelfContact {
     /// Repulsion of stiffness `k` within `delta`.
     pub fn new(n_vertices: usize, stiffness: f64, delta: f64, level: Level) -> Self {
-        let place = |i: usize| if i < n_vertices { i as f64 } else { f64::NAN };
+        let way = vec![f64::INFINITY; padded(n_vertices) + LANES];
         let nowhere = vec![f64::INFINITY; n_vertices];
         Self {
             level,
             stiffness,
             delta,
-            neighbours: farthest_neighbour(n_vertices, delta) as f64,
-            place: (0..padded(n_vertices)).map(place).collect(),
             pairs: Vec::new(),
+            way,
+            whole_way: 0.0,
             listed_x: nowhere.clone(),
             listed_y: nowhere,
             slack: f64::NEG_INFINITY,
@@ -78,33 +64,33 @@ impl SelfContact {
 
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
-        let skin = SKIN * self.delta;
-        self.slack = skin;
+        self.slack = SKIN;
         self.pairs.clear();
         let [mx, my] = mean(ring);
+        let mut way = 0.0;
         for i in 0..ring.n {
             (self.listed_x[i], self.listed_y[i]) = (ring.x[i] - mx, ring.y[i] - my);
+            self.way[i] = way;
+            let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
+            way += (ex * ex + ey * ey).sqrt();
         }
+        self.whole_way = way;
         let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-        let far = self.delta + skin;
-        let mut pairs = std::mem::take(&mut self.pairs);
-        on_level!(self.level, simd => {
-            for (a, vertices) in boxes.iter().enumerate() {
-                for (b, edges) in boxes.iter().enumerate() {
-                    let apart =
-                        |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
-                    if apart(0, 1) || apart(2, 3) {
-                        continue;
-                    }
-                    for edge in b * LANES..((b + 1) * LANES).min(ring.n) {
-                        if self.overlap(simd, ring, a * LANES, edge, far).is_some() {
-                            pairs.push(Pair { vertices: a * LANES, edge });
-                        }
-                    }
+        let far = self.delta + SKIN;
+        for (a, vertices) in boxes.iter().enumerate() {
+            for (b, edges) in boxes.iter().enumerate() {
+                let apart =
+                    |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
+                if apart(0, 1) || apart(2, 3) {
+                    continue;
+                }
+                let simd = Fallback::new();
+                let mut block = (b * LANES)..((b + 1) * LANES).min(ring.n);
+                if block.any(|j| self.overlap(simd, ring, a * LANES, j, far).is_some()) {
+                    self.pairs.push(Pair { vertices: a * LANES, edges: b * LANES });
                 }
             }
-        });
-        self.pairs = pairs;
+        }
     }
 
     /// Twice the largest movement of a vertex since the list was made, that of the whole ring apart.
@@ -128,10 +114,13 @@ impl SelfContact {
         let (px, py) = (rx - q * ex, ry - q * ey);
         let squared = px * px + py * py;
         let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
-        // Places from the middle of the edge, either way round.
-        let ahead = (load(simd, &self.place, vertices) - (j as f64 + 0.5)).abs();
-        let places = ahead.min(f64x8::splat(simd, ring.n as f64) - ahead);
-        let touches = near & places.simd_gt(f64x8::splat(simd, self.neighbours + 0.5));
+        // From both ends of the edge: a vertex next to either is a neighbour, however long the edge.
+        let apart = |end: f64| {
+            let way = (load(simd, &self.way, vertices) - end).abs();
+            way.min(self.whole_way - way).simd_gt(f64x8::splat(simd, WAY * self.delta))
+        };
+        let end = if j + 1 == ring.n { 0.0 } else { self.way[j + 1] };
+        let touches = near & apart(self.way[j]) & apart(end);
         touches.any_true().then(|| {
             let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
             let overlap = touches.select(reach - distance, zero);
@@ -141,41 +130,43 @@ impl SelfContact {
 
     #[inline(always)]
     fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
-        for &Pair { vertices: a, edge: j } in &self.pairs {
-            let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
-            let push = overlap * self.stiffness;
-            let (fx, fy) = (push * nx, push * ny);
-            let x = load(simd, &ring.force_x, a) + fx;
-            store(x, &mut ring.force_x, a);
-            let y = load(simd, &ring.force_y, a) + fy;
-            store(y, &mut ring.force_y, a);
-            let (all_x, all_y) = (sum_lanes(fx), sum_lanes(fy));
-            let (ahead_x, ahead_y) = (sum_lanes(q * fx), sum_lanes(q * fy));
-            ring.force_x[j] -= all_x - ahead_x;
-            ring.force_y[j] -= all_y - ahead_y;
-            ring.force_x[j + 1] -= ahead_x;
-            ring.force_y[j + 1] -= ahead_y;
+        for pair in &self.pairs {
+            let a = pair.vertices;
+            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
+                let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
+                let push = overlap * self.stiffness;
+                let (fx, fy) = (push * nx, push * ny);
+                let x = load(simd, &ring.force_x, a) + fx;
+                store(x, &mut ring.force_x, a);
+                let y = load(simd, &ring.force_y, a) + fy;
+                store(y, &mut ring.force_y, a);
+                let (all_x, all_y) = (sum_lanes(fx), sum_lanes(fy));
+                let (ahead_x, ahead_y) = (sum_lanes(q * fx), sum_lanes(q * fy));
+                ring.force_x[j] -= all_x - ahead_x;
+                ring.force_y[j] -= all_y - ahead_y;
+                ring.force_x[j + 1] -= ahead_x;
+                ring.force_y[j + 1] -= ahead_y;
+            }
         }
     }
-}
 
-/// Whether two edges of the ring cross that are not neighbours: closer ones enclose less than one vertex of diameter `delta`.
-pub fn crosses(ring: &Ring, delta: f64) -> bool {
-    let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-    let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
-    let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
-    let reach = farthest_neighbour(ring.n, delta);
-    (0..boxes.len()).any(|a| {
-        (a..boxes.len()).any(|b| {
-            let (p, q) = (boxes[a], boxes[b]);
-            let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
-            !apart
-                && block(a).any(|i| {
-                    let neighbours = |j: usize| j <= i + reach || i + ring.n - j <= reach;
-                    block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
-                })
+    /// Whether two edges of the ring cross.
+    pub fn crosses(ring: &Ring) -> bool {
+        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+        let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
+        let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
+        (0..boxes.len()).any(|a| {
+            (a..boxes.len()).any(|b| {
+                let (p, q) = (boxes[a], boxes[b]);
+                let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
+                !apart
+                    && block(a).any(|i| {
+                        let neighbours = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
+                        block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
+                    })
+            })
         })
-    })
+    }
 }
 
 /// Mean vertex.
@@ -203,9 +194,8 @@ impl RingForce for SelfContact {
             return;
         }
         // What counts is the ring's deformation: a droplet that falls as a whole needs no new list.
-        let skin = SKIN * self.delta;
-        let left = skin - self.deformation(ring);
-        if left > 0.1 * skin { self.slack = left } else { self.list(ring) }
+        let left = SKIN - self.deformation(ring);
+        if left > 0.1 * SKIN { self.slack = left } else { self.list(ring) }
     }
 
     fn acts(&self) -> bool {
@@ -220,8 +210,10 @@ impl RingForce for SelfContact {
         let simd = Fallback::new();
         let mut energy = 0.0;
         for pair in &self.pairs {
-            if let Some([overlap, ..]) = self.overlap(simd, ring, pair.vertices, pair.edge, self.delta) {
-                energy += 0.5 * self.stiffness * sum_lanes(overlap * overlap);
+            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
+                if let Some([overlap, ..]) = self.overlap(simd, ring, pair.vertices, j, self.delta) {
+                    energy += 0.5 * self.stiffness * sum_lanes(overlap * overlap);
+                }
             }
         }
         energy
@@ -285,8 +277,8 @@ mod tests {
 
     #[test]
     fn crossing_edges_are_found() {
-        assert!(!crosses(&Ring::regular(64, [0.0, 0.0], 0.5), 0.0123));
-        assert!(!crosses(&dumb_bell(64, 0.002), 0.0123));
-        assert!(crosses(&dumb_bell(64, -0.01), 0.0123));
+        assert!(!SelfContact::crosses(&Ring::regular(64, [0.0, 0.0], 0.5)));
+        assert!(!SelfContact::crosses(&dumb_bell(64, 0.002)));
+        assert!(SelfContact::crosses(&dumb_bell(64, -0.01)));
     }
 }

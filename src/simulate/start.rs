@@ -10,7 +10,7 @@ use crate::effects::gravity::Gravity;
 use crate::effects::hydrostatic::Hydrostatic;
 use crate::effects::near_wall_drag::{NearWallDrag, PAPER_ALPHA};
 use crate::effects::perimeter::Perimeter;
-use crate::effects::self_contact::{self, SelfContact};
+use crate::effects::self_contact::SelfContact;
 use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::integrator::implicit::ImplicitMotion;
@@ -144,10 +144,14 @@ impl<W: Walls> Start<'_, W> {
     fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {
         match ring.self_contact {
             job::SelfContact::Off => Vec::new(),
+            // As stiff as a wall that all edges share, whatever the walls of this scene.
             job::SelfContact::Auto => {
-                let stiffness = self_contact::TOTAL_STIFFNESS / ring.n_vertices as f64;
+                let stiffness = SELF_STIFFNESS / ring.n_vertices as f64;
                 vec![Box::new(SelfContact::new(ring.n_vertices, stiffness, ring.delta, self.level))]
             }
         }
     }
 }
+
+/// Total stiffness of the ring against itself.
+const SELF_STIFFNESS: f64 = 1e4;
