@@ -1,6 +1,7 @@
 //! How time advances, and how a droplet is put in place.
 
 pub mod cyclic;
+pub mod guard;
 pub mod implicit;
 pub mod relax;
 pub mod verlet;

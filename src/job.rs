@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Raised whenever the same job would give different numbers; results of older versions then count as stale.
-pub const PHYSICS_VERSION: u32 = 1;
+pub const PHYSICS_VERSION: u32 = 2;
 
 /// Mass of the droplet, `M = rho a0 = pi/4`.
 pub const MASS: f64 = std::f64::consts::FRAC_PI_4;
@@ -143,6 +143,22 @@ pub enum Scene {
     /// A flat wall below the droplet.
     #[serde(rename = "plate")]
     Plate,
+    /// One disc.
+    #[serde(rename = "disc")]
+    Disc(LoneDisc),
+}
+
+/// One disc around the origin, and a droplet that comes down on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LoneDisc {
+    /// Diameter of the disc.
+    pub sigma_ob: f64,
+    /// How far beside the axis of the disc the centroid starts, along y; zero is head-on.
+    pub offset: f64,
+    /// Where the centroid starts along x.
+    pub h_start: f64,
+    /// Where the run ends, past the disc.
+    pub h_end: f64,
 }
 
 /// A constriction between two wedges, its orifice at `x = 0`.
@@ -158,6 +174,16 @@ pub struct Channel {
     pub h_start: f64,
     /// Where the run ends, past the orifice.
     pub h_end: f64,
+}
+
+impl Channel {
+    /// Where a circle of this radius on the axis first touches the wedges: `h = -(R + r - (w/2 + r) cos a)/sin a` at angle a
+    /// and tip radius r; zero if it passes untouched.
+    pub fn first_contact(&self, radius: f64) -> f64 {
+        let (sin, cos) = libm::sincos(self.angle.to_radians());
+        let r = self.tip_radius;
+        -((radius + r - (0.5 * self.w + r) * cos) / sin).max(0.0)
+    }
 }
 
 /// A periodic box of discs placed by random sequential addition; with the seed it names one array.
@@ -294,6 +320,7 @@ impl Scene {
             Self::Obstacles(_) => "obstacles",
             Self::Channel(_) => "channel",
             Self::Plate => "plate",
+            Self::Disc(_) => "disc",
         }
     }
 }

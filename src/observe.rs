@@ -21,6 +21,15 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
+/// What a run has cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Nominal time steps taken.
+    pub steps: u64,
+    /// Stretches or sub-steps refused and taken again in smaller ones.
+    pub refused: u64,
+}
+
 /// Collects the record of one run.
 #[derive(Clone, Debug)]
 pub struct Recorder {
@@ -32,6 +41,8 @@ pub struct Recorder {
     area_error_max: Option<f64>,
     overlap_max: f64,
     energy_rise_max: f64,
+    ek_ratio_min: f64,
+    engulfed_t: Option<f64>,
 }
 
 impl Recorder {
@@ -46,8 +57,11 @@ impl Recorder {
             area_error_max: None,
             overlap_max: 0.0,
             energy_rise_max: 0.0,
+            ek_ratio_min: f64::INFINITY,
+            engulfed_t: None,
         };
         recorder.watch(&begin, 0.0);
+        recorder.ek_ratio_min = f64::INFINITY;
         recorder.record(0.0, &begin);
         recorder
     }
@@ -69,6 +83,12 @@ impl Recorder {
         self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
         self.overlap_max = self.overlap_max.max(seen.overlap);
         self.energy_rise_max = self.energy_rise_max.max(energy_rise);
+        self.ek_ratio_min = self.ek_ratio_min.min(self.ek_ratio(seen));
+    }
+
+    /// Marks that an obstacle lies inside the ring at time `t`.
+    pub fn mark_engulfed(&mut self, t: f64) {
+        self.engulfed_t.get_or_insert(t);
     }
 
     /// Adds a sample.
@@ -91,7 +111,14 @@ impl Recorder {
     }
 
     /// The trajectory, ended by `outcome` at time `t`.
-    pub fn finish(self, outcome: Outcome, t: f64, steps: u64, seen: &Observation, clog: Option<Clog>) -> Trajectory {
+    pub fn finish(
+        self,
+        outcome: Outcome,
+        t: f64,
+        effort: Effort,
+        seen: &Observation,
+        clog: Option<Clog>,
+    ) -> Trajectory {
         Trajectory {
             outcome,
             r_end: self.displacement(seen),
@@ -102,8 +129,11 @@ impl Recorder {
             area_error_max: self.area_error_max,
             overlap_max: self.overlap_max,
             energy_rise_max: self.energy_rise_max,
+            ek_ratio_min: self.ek_ratio_min,
+            engulfed_t: self.engulfed_t,
             delta_s: (outcome == Outcome::Settled).then(|| self.displacement(seen)),
-            steps,
+            steps: effort.steps,
+            refused: effort.refused,
             clog,
             samples: self.samples,
             shapes: self.shapes,

@@ -5,14 +5,15 @@ mod start;
 pub use start::is_linear;
 
 use crate::droplet::Observation;
+use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
-use crate::effects::self_contact::SelfContact;
+use crate::effects::self_contact::{self, Apart};
 use crate::effects::{Drag, EdgeForce};
+use crate::integrator::guard::GuardedMotion;
 use crate::integrator::implicit::ImplicitMotion;
-use crate::integrator::verlet::RingMotion;
 use crate::job::{Engulfed, Job, Model, Point, Scene};
 use crate::mechanism;
-use crate::observe::Recorder;
+use crate::observe::{Effort, Recorder};
 use crate::scene::library::ArrayLibrary;
 use crate::scene::wall::Walls;
 use crate::shape::ShapeRecord;
@@ -49,29 +50,33 @@ pub(crate) trait Motion {
     fn shape(&self, t: f64) -> ShapeRecord;
     /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
-    /// Whether the droplet's outline crosses itself.
-    fn crosses(&self) -> bool;
+    /// The droplet's outline, if it has one.
+    fn ring(&self) -> Option<&Ring>;
+    /// Stretches or sub-steps of time refused so far.
+    fn refused(&self) -> u64;
 }
 
-impl<E: EdgeForce, D: Drag> Motion for RingMotion<E, D> {
+impl<E: EdgeForce, D: Drag> Motion for GuardedMotion<E, D> {
     fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        RingMotion::advance(self, steps);
-        Ok(())
+        GuardedMotion::advance(self, steps)
     }
     fn follow(&mut self) {
-        RingMotion::follow(self);
+        self.motion.follow();
     }
     fn observe(&mut self) -> Observation {
-        RingMotion::observe(self)
+        self.motion.observe()
     }
     fn shape(&self, t: f64) -> ShapeRecord {
-        self.effects.shape(&self.ring, t)
+        self.motion.effects.shape(&self.motion.ring, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
-        RingMotion::engulfed(self)
+        self.motion.engulfed()
     }
-    fn crosses(&self) -> bool {
-        SelfContact::crosses(&self.ring)
+    fn ring(&self) -> Option<&Ring> {
+        Some(&self.motion.ring)
+    }
+    fn refused(&self) -> u64 {
+        self.refused
     }
 }
 
@@ -91,8 +96,11 @@ impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         ImplicitMotion::engulfed(self)
     }
-    fn crosses(&self) -> bool {
-        SelfContact::crosses(&self.ring)
+    fn ring(&self) -> Option<&Ring> {
+        Some(&self.ring)
+    }
+    fn refused(&self) -> u64 {
+        self.work.refused
     }
 }
 
@@ -113,8 +121,11 @@ impl<W: Walls> Motion for SoftMotion<W> {
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
     }
-    fn crosses(&self) -> bool {
-        false
+    fn ring(&self) -> Option<&Ring> {
+        None
+    }
+    fn refused(&self) -> u64 {
+        0
     }
 }
 
@@ -160,11 +171,15 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
     }
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
-    let fail_engulfed = !matches!(&point.model, Model::Deformable(ring) if ring.engulfed == Engulfed::Record);
+    let (delta, apart, fail_engulfed) = match &point.model {
+        Model::Deformable(ring) => (ring.delta, Apart::of(ring), ring.engulfed == Engulfed::Fail),
+        Model::Soft(_) => (0.0, Apart::Way, false),
+    };
     // Where a droplet counts as through, and what coming to rest is called.
     let (h_end, at_rest) = match &point.scene {
         Scene::Obstacles(_) => (f64::INFINITY, Outcome::Clogged),
         Scene::Channel(channel) => (channel.h_end, Outcome::Clogged),
+        Scene::Disc(disc) => (disc.h_end, Outcome::Clogged),
         Scene::Plate => (f64::INFINITY, Outcome::Settled),
     };
     // A clog must show at two checks in a row: a turning point is at rest for an instant only.
@@ -194,13 +209,16 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             return Err(fail(FailureClass::Unstable, reason, shape));
         }
         shape = motion.shape(t);
-        if let Some([x, y]) = motion.engulfed().filter(|_| fail_engulfed) {
-            let reason = format!(
-                "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with `meniscus render`"
-            );
-            return Err(fail(FailureClass::Engulfed, reason, shape));
+        if let Some([x, y]) = motion.engulfed() {
+            if fail_engulfed {
+                let reason = format!(
+                    "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with `meniscus render`"
+                );
+                return Err(fail(FailureClass::Engulfed, reason, shape));
+            }
+            recorder.mark_engulfed(t);
         }
-        if motion.crosses() {
+        if motion.ring().is_some_and(|ring| self_contact::crosses(ring, delta, apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
             return Err(fail(FailureClass::Crossed, reason, shape));
         }
@@ -239,7 +257,13 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
                 contacts: seen.contacts,
                 mechanism: mechanism::of(&shape),
             });
-            return Ok(Some(recorder.finish(outcome, t, step, &seen, clog)));
+            return Ok(Some(recorder.finish(
+                outcome,
+                t,
+                Effort { steps: step, refused: motion.refused() },
+                &seen,
+                clog,
+            )));
         }
     }
 }

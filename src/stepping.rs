@@ -9,8 +9,8 @@
 //! implicit steps of 0.02.
 
 use crate::integrator::implicit::LARGEST_MOVE;
-use crate::job::{Integrator, IntegratorChoice, Model, Point, Stepping};
-use crate::stability::StabilityLimit;
+use crate::job::{Integrator, IntegratorChoice, Model, Point, Stepping, WallStiffness};
+use crate::stability::{StabilityLimit, vertices_pile_up};
 
 /// Cost of a Verlet step, in ns per vertex.
 pub const VERLET_STEP_NS: f64 = 3.0;
@@ -62,6 +62,8 @@ pub fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
 pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit] = candidates(point, limit);
     let worth_it = match (&point.model, dt) {
+        // Self-contact gives no second derivatives, so Newton's method is at its worst where it acts all the time.
+        (Model::Deformable(ring), None) if vertices_pile_up(ring) && ring.wall == WallStiffness::Total => false,
         (Model::Deformable(_), None) => WORTH_IT * cost_per_t0(&implicit) < cost_per_t0(&verlet),
         (Model::Soft(_), _) | (_, Some(_)) => false,
     };

@@ -39,6 +39,12 @@ pub struct Trajectory {
     pub overlap_max: f64,
     /// Largest rise of the total energy over its lowest value before; round-off and O(dt^2) unless unstable.
     pub energy_rise_max: f64,
+    /// Lowest E_k/E_t at a check; it starts at rest, which does not count.
+    pub ek_ratio_min: f64,
+    /// When an obstacle was first seen inside the ring, in t0; never, unless the campaign says `engulfed = "record"`.
+    pub engulfed_t: Option<f64>,
+    /// Stretches or sub-steps of time that the integrator refused and took again in smaller ones.
+    pub refused: u64,
     /// Depth the droplet sank on the plate; `None` elsewhere.
     pub delta_s: Option<f64>,
     /// Time steps taken.

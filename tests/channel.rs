@@ -1,21 +1,13 @@
 //! A droplet through one constriction, and on a plate: the numbers of the source paper.
 
-use meniscus::campaign::Campaign;
-use meniscus::job::Job;
-use meniscus::scene::library::ArrayLibrary;
-use meniscus::simulate::{Context, simulate};
-use meniscus::trajectory::{Failure, Outcome, Samples, Trajectory};
-use meniscus::vector::best_level;
-use std::sync::atomic::AtomicBool;
+#[path = "common/single.rs"]
+mod single;
 
-/// Runs a campaign of one job.
+use meniscus::trajectory::{Failure, Outcome, Samples, Trajectory};
+
+/// Runs a campaign of one job, at the terminal speed of the paper's channel.
 fn run(keys: &str) -> Result<Trajectory, Failure> {
-    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\nsample_every = 0.25\nv_t = 0.032\n{keys}");
-    let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
-    let block = &campaign.blocks[0];
-    let job = Job { point: block.points[0].clone(), point_id: block.point_ids[0], seed: 0 };
-    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
-    simulate(&job, context).map(|trajectory| trajectory.expect("nobody stops it"))
+    single::run(&format!("sample_every = 0.25\nv_t = 0.032\n{keys}"), 0)
 }
 
 /// Largest and smallest speed, and where, for centroids within a range.

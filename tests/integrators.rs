@@ -1,35 +1,20 @@
 //! Laws of both integrators as jobs take them: the same physics, and what happens where one of them gives up.
 
-use meniscus::campaign::Campaign;
-use meniscus::job::{Integrator, Job};
-use meniscus::scene::library::ArrayLibrary;
-use meniscus::simulate::{Context, simulate};
-use meniscus::trajectory::{Failure, FailureClass, Outcome, Trajectory};
-use meniscus::vector::best_level;
-use std::sync::atomic::AtomicBool;
+#[path = "common/single.rs"]
+mod single;
 
-/// The first job of a campaign of these keys, and the integrator it has.
-fn job(keys: &str, seed: u64) -> (Job, Integrator) {
-    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\nsample_every = 1.0\n{keys}");
-    let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
-    let block = &campaign.blocks[0];
-    let point = block.points[0].clone();
-    let integrator = point.stepping.integrator;
-    (Job { point, point_id: block.point_ids[0], seed }, integrator)
-}
+use meniscus::job::Integrator;
+use meniscus::trajectory::{FailureClass, Outcome};
+use single::{job, run};
 
-fn run(keys: &str, seed: u64) -> Result<Trajectory, Failure> {
-    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
-    simulate(&job(keys, seed).0, context).map(|trajectory| trajectory.expect("nobody stops it"))
-}
-
-const ARRAY: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\nbox_size = 20.0\n";
+const ARRAY: &str =
+    "sample_every = 1.0\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\nbox_size = 20.0\n";
 
 #[test]
 fn both_integrators_take_a_droplet_through_the_channel_alike() {
     for physics in ["", "b0 = 0.1", "gravity = \"centroid\""] {
         let passage = |integrator: &str, dt: f64| {
-            let keys = "scene = \"channel\"\nw = 0.9\ngamma = 0.5\nh_start = -1.0\nn_vertices = 128\nv_t = 0.08";
+            let keys = "sample_every = 1.0\nscene = \"channel\"\nw = 0.9\ngamma = 0.5\nh_start = -1.0\nn_vertices = 128\nv_t = 0.08";
             let passage = run(&format!("{keys}\nintegrator = \"{integrator}\"\ndt = {dt}\n{physics}"), 0).unwrap();
             assert_eq!(passage.outcome, Outcome::Exited);
             passage

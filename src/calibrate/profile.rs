@@ -1,7 +1,7 @@
 //! Profiles: speed and shape of a simulated droplet against the position of its centroid.
 
 use super::frames::Trial;
-use crate::job::{Channel, Job, Limits, Model, Point, Scene};
+use crate::job::{Job, Limits, Model, Point, Scene};
 use crate::scene::library::ArrayLibrary;
 use crate::simulate::{Context, simulate};
 use crate::stability::StabilityLimit;
@@ -98,7 +98,7 @@ impl<'w> Laboratory<'w> {
         let ends = |[low, high]: [f64; 2], [first, last]: [f64; 2]| [low.min(first), high.max(last)];
         let [first, last] = trials.iter().map(Trial::range).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
         if let Scene::Channel(channel) = &mut template.scene {
-            channel.h_start = (first_contact(channel) - ROOM[0]).min(first - ROOM[1]);
+            channel.h_start = (channel.first_contact(0.5) - ROOM[0]).min(first - ROOM[1]);
             channel.h_end = last + ROOM[2];
             let way_there = (first - channel.h_start) / template.v_t;
             let longest = trials.iter().map(|trial| passage_time(trial, template.v_t)).fold(0.0, f64::max);
@@ -113,6 +113,7 @@ impl<'w> Laboratory<'w> {
     pub fn window(&self) -> [f64; 2] {
         match &self.template.scene {
             Scene::Channel(channel) => [channel.h_start, channel.h_end],
+            Scene::Disc(disc) => [disc.h_start, disc.h_end],
             Scene::Obstacles(_) | Scene::Plate => [0.0; 2],
         }
     }
@@ -155,14 +156,6 @@ impl<'w> Laboratory<'w> {
     }
 }
 
-/// Where a circle of diameter 1 on the axis first touches the wedges: `h = -(1/2 + r - (w/2 + r) cos a)/sin a` at angle a
-/// and tip radius r.
-fn first_contact(channel: &Channel) -> f64 {
-    let (sin, cos) = libm::sincos(channel.angle.to_radians());
-    let r = channel.tip_radius;
-    -((0.5 + r - (0.5 * channel.w + r) * cos) / sin).max(0.0)
-}
-
 /// Time from the first frame to the last, `int dh/v_g` by the trapezoidal rule, in t0.
 fn passage_time(trial: &Trial, v_t: f64) -> f64 {
     let mut frames: Vec<[f64; 2]> = trial.frames.iter().map(|frame| [frame.h, frame.v_g.max(SLOWEST)]).collect();
@@ -174,6 +167,7 @@ fn passage_time(trial: &Trial, v_t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::job::Channel;
 
     #[test]
     fn a_profile_is_linear_between_samples_and_nothing_beyond_them() {
@@ -194,8 +188,8 @@ mod tests {
     #[test]
     fn a_circle_touches_the_wedges_where_geometry_says() {
         let channel = Channel { w: 0.7, angle: 45.0, tip_radius: 0.0, h_start: -10.0, h_end: 3.0 };
-        let h = first_contact(&channel);
+        let h = channel.first_contact(0.5);
         assert!(((0.35 - h) * std::f64::consts::FRAC_1_SQRT_2 - 0.5).abs() < 1e-12, "{h}");
-        assert_eq!(first_contact(&Channel { w: 3.0, ..channel }), 0.0);
+        assert_eq!(Channel { w: 3.0, ..channel }.first_contact(0.5), 0.0);
     }
 }

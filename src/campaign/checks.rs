@@ -20,8 +20,8 @@ pub(super) struct Breach {
 }
 
 /// The conditions; each looks at one grid point.
-pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 4] =
-    [stable, has_ring, room_for_all, fits_box];
+pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 5] =
+    [stable, has_ring, room_for_all, fits_box, fits_start];
 
 /// `dt <= dt_max` of [`StabilityLimit`] for Verlet.
 fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
@@ -84,5 +84,27 @@ fn fits_box(point: &Point, _: &StabilityLimit) -> Option<Breach> {
         excess: spacing / most,
         message: format!("sigma_ob + w_ob = {} is more than half the box", Short(spacing)),
         help: format!("lower sigma_ob or w_ob, or raise box_size above {}", Short(2.0 * spacing)),
+    })
+}
+
+/// The droplet touches no wall where it starts.
+fn fits_start(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+    let radius = match &point.model {
+        Model::Deformable(ring) => 0.5 * (1.0 + ring.delta),
+        Model::Soft(_) => 0.5,
+    };
+    let (h_start, free) = match &point.scene {
+        Scene::Channel(channel) => (channel.h_start, channel.first_contact(radius)),
+        Scene::Disc(disc) => {
+            let reach = radius + 0.5 * disc.sigma_ob;
+            (disc.h_start, -(reach * reach - disc.offset * disc.offset).max(0.0).sqrt())
+        }
+        Scene::Obstacles(_) | Scene::Plate => return None,
+    };
+    (h_start > free).then(|| Breach {
+        id: Id::HStart,
+        excess: free / h_start,
+        message: format!("at h_start = {} the droplet, of diameter 1, would lie in the wall", Short(h_start)),
+        help: format!("start below {}", Short(-(-1000.0 * free).ceil() / 1000.0)),
     })
 }

@@ -2,8 +2,8 @@
 
 use super::keys::{Id, Value};
 use crate::job::{
-    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, Model,
-    ObstacleField, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
+    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, LoneDisc,
+    Model, ObstacleField, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
 };
 use crate::stability::StabilityLimit;
 use crate::stepping;
@@ -99,6 +99,12 @@ impl Draft {
                 h_end: self.number(Id::HEnd),
             }),
             "plate" => Scene::Plate,
+            "disc" => Scene::Disc(LoneDisc {
+                sigma_ob: self.number(Id::SigmaOb),
+                offset: self.number(Id::Offset),
+                h_start: self.number(Id::HStart),
+                h_end: self.number(Id::HEnd),
+            }),
             _ => Scene::Obstacles(self.obstacles()),
         }
     }

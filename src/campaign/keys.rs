@@ -58,6 +58,7 @@ pub enum Id {
     TipRadius,
     HStart,
     HEnd,
+    Offset,
     WOb,
     SigmaOb,
     Density,
@@ -152,15 +153,16 @@ const DP: Meaning = Model("DP");
 const SP: Meaning = Model("SP");
 const OBSTACLES: Meaning = Scene("obstacles");
 const CHANNEL: Meaning = Scene("channel");
+const DISC: Meaning = Scene("disc");
 const POSITIVE: Interval = above(0.0);
 
-/// The table. `e_w` has a row for each model.
+/// The table. `e_w` has a row for each model, `sigma_ob`, `h_start` and `h_end` one for each scene that knows them.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key(Id::Name, "name", Section, Text, Always, Required, "name of the campaign or of the block"),
     key(Id::About, "about", File, Text, Always, Is(Word("")), "what the campaign shows, in prose"),
     key(Id::Model, "model", Section, Choice(&["DP", "SP"]), Always, Required, "deformable (DP) or soft (SP) particle"),
-    key(Id::Scene, "scene", Section, Choice(&["obstacles", "channel", "plate"]), Always, Required, "where the droplet moves"),
+    key(Id::Scene, "scene", Section, Choice(&["obstacles", "channel", "plate", "disc"]), Always, Required, "where the droplet moves"),
     key(Id::RunsPerPoint, "runs_per_point", Section, Whole(between(1.0, 1e5)), Always, Required, "seeds per grid point"),
     key(Id::FirstSeed, "first_seed", Section, Whole(between(0.0, 1e15)), Always, is(0.0), "the first seed"),
     key(Id::Integrator, "integrator", Section, Choice(IntegratorChoice::NAMES), Always, Is(Word(IntegratorChoice::NAMES[0])), "how time advances"),
@@ -184,9 +186,13 @@ pub const KEYS: &[Key] = &[
     key(Id::Angle, "angle", Parameter, Number(between(5.0, 85.0)), CHANNEL, is(45.0), "rise of the wedges from the axis, in degrees"),
     key(Id::TipRadius, "tip_radius", Parameter, Number(between(0.0, 10.0)), CHANNEL, is(0.0), "radius of the rounded tips"),
     key(Id::HStart, "h_start", Parameter, Number(between(-1000.0, -0.1)), CHANNEL, is(-10.0), "where the centroid starts"),
+    key(Id::HStart, "h_start", Parameter, Number(between(-1000.0, -0.1)), DISC, is(-1.0), "where the centroid starts"),
     key(Id::HEnd, "h_end", Parameter, Number(between(0.1, 1000.0)), CHANNEL, is(3.0), "where the run ends, past the orifice"),
+    key(Id::HEnd, "h_end", Parameter, Number(between(0.1, 1000.0)), DISC, is(3.0), "where the run ends, past the disc"),
+    key(Id::Offset, "offset", Parameter, Number(between(-100.0, 100.0)), DISC, is(0.0), "how far beside the axis of the disc the centroid starts"),
     key(Id::WOb, "w_ob", Parameter, Number(at_least(0.0)), OBSTACLES, Required, "smallest gap between two obstacles"),
     key(Id::SigmaOb, "sigma_ob", Parameter, Number(POSITIVE), OBSTACLES, Required, "diameter of an obstacle"),
+    key(Id::SigmaOb, "sigma_ob", Parameter, Number(POSITIVE), DISC, Required, "diameter of the disc"),
     key(Id::Density, "density", Parameter, NumberOr(POSITIVE, "saturated"), OBSTACLES, Required, "obstacles per sigma^2"),
     key(Id::BoxSize, "box_size", Parameter, Number(between(20.0, 5000.0)), OBSTACLES, is(500.0), "side of the periodic box"),
     key(Id::Dt, "dt", Parameter, NumberOr(POSITIVE, "auto"), Always, Is(Word("auto")), "time step"),
@@ -247,7 +253,7 @@ impl Key {
     }
 }
 
-/// The rows of that name: none if it is unknown, two for `e_w`.
+/// The rows of that name: none if it is unknown, two for `e_w` and the like.
 pub(super) fn rows(name: &str) -> impl Iterator<Item = &'static Key> + Clone {
     KEYS.iter().filter(move |key| key.name == name)
 }

@@ -197,14 +197,15 @@ fn product(
     };
     let ((points, point_ids), breaches): ((Vec<_>, Vec<_>), Vec<_>) = (0..size).into_par_iter().map(made).unzip();
     // Each check blames a key of its own.
-    for blamed in [Id::Dt, Id::Integrator, Id::Density, Id::SigmaOb] {
+    for blamed in [Id::Dt, Id::Integrator, Id::Density, Id::SigmaOb, Id::HStart] {
         let of_all =
             breaches.iter().enumerate().flat_map(|(index, list)| list.iter().map(move |breach| (index, breach)));
         let breaches: Vec<(usize, &Breach)> = of_all.filter(|(_, breach)| breach.id == blamed).collect();
         // The first of the worst, whatever the number of threads.
         let worst = breaches.iter().rev().max_by(|a, b| a.1.excess.total_cmp(&b.1.excess));
         let Some((index, worst)) = worst else { continue };
-        let Some(entry) = view.get(worst.id) else { continue };
+        // A key that was left out has its default from the scene.
+        let Some(entry) = view.get(worst.id).or_else(|| view.get(Id::Scene)) else { continue };
         let place =
             axes.iter().zip(place_on_axes(&lengths, *index)).map(|(axis, place)| match axis.items[place].value {
                 Value::Number(number) => format!("{} = {}", axis.key.name, Short(number)),

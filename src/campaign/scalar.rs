@@ -43,8 +43,10 @@ pub(super) fn allowed(rows: impl Iterator<Item = &'static Key> + Clone) -> Strin
         Meaning::Model(model) if several => format!("{} (model {model})", key.kind.allowed()),
         Meaning::Model(_) | Meaning::Always | Meaning::Scene(_) => key.kind.allowed(),
     });
+    let mut texts: Vec<_> = texts.collect();
+    texts.dedup();
     let name = rows.clone().next().map_or("it", |key| key.name);
-    format!("{name} must be {}", texts.collect::<Vec<_>>().join(" or "))
+    format!("{name} must be {}", texts.join(" or "))
 }
 
 fn word(rows: impl Iterator<Item = &'static Key> + Clone, text: &str, allowed: String) -> Result<Value, Mistake> {

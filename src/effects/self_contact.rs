@@ -2,30 +2,69 @@
 //! ring and closer than `delta` in the plane.
 //!
 //! `d` is the distance of a vertex from its nearest point on an edge; in the plane two edges that do not cross are
-//! nearest at an end of one of them, so vertices against edges miss nothing. A pair counts if the way between them along the
-//! ring is longer than [`WAY`] times `delta`: closer ones are a bend, not a fold.
+//! nearest at an end of one of them, so vertices against edges miss nothing. What lies apart along the ring is told in one of
+//! two ways, [`Apart`]: a fold is the same for both, a pile of vertices is not.
 //!
-//! Blocks of eight vertices are paired with blocks of eight edges whose boxes come close; where the ring does not fold
-//! there is no pair, and the effect costs a look at the boxes whenever some vertex has moved by half the skin.
+//! Eight vertices are paired with each edge that comes close to one of them; where nothing comes close there is no pair, and
+//! the effect costs a look at the boxes of the blocks whenever some vertex has moved by half the skin.
 
 use super::RingForce;
 use crate::droplet::deformable::Ring;
+use crate::job::{Deformable, MASS, regular_edge};
 use crate::on_level;
 use crate::vector::{LANES, load, padded, store, sum_lanes};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use std::f64::consts::PI;
+
+/// How two parts of a ring are told to lie apart along it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Apart {
+    /// The way between them is longer than [`WAY`] times delta: closer ones are a bend. Vertices may then crowd as they like.
+    Way,
+    /// There are more vertices between them than lie within `pi delta` at rest. That never changes, so the energy has no jumps, and
+    /// vertices that gravity drives down the interface stand on each other instead of passing through one another.
+    Places,
+}
+
+impl Apart {
+    /// By places where vertices pile up: where the tension of a long edge is too weak to hold up the vertices below, whose weight, in
+    /// a round droplet, is `M/pi` of each flank. Everywhere else the way: a droplet at rest crowds its vertices a little, and
+    /// every crowd would cost a hundred pairs.
+    pub fn of(ring: &Deformable) -> Self {
+        // T = gamma + K_l N_v (l - l0) at l = LONG l0, N_v l0 = pi.
+        let tension = ring.gamma * (1.0 + ring.kappa * PI * (LONG - 1.0));
+        if tension < MASS / PI { Self::Places } else { Self::Way }
+    }
+
+    fn skin(self, delta: f64) -> f64 {
+        match self {
+            Self::Way => 0.02,
+            Self::Places => 0.5 * delta,
+        }
+    }
+}
+
+/// Longest edge that still traces an interface, in units of l0.
+const LONG: f64 = 8.0;
 
 /// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
 const WAY: f64 = 3.0;
 
-/// Sum of the movements of two vertices after which pairs may be missed, in sigma; less than `(WAY - 1) delta` keeps bends
-/// of a round ring off the list.
-const SKIN: f64 = 0.02;
+/// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which must not push them through
+/// one another: at N_v = 256 one contact of 1e5 bears 4.8 before it gives way, six times that weight. With 4e4 two of twelve
+/// droplets of kappa = 1e-3 pinched off a lobe of themselves.
+pub const fn total_stiffness(apart: Apart) -> f64 {
+    match apart {
+        Apart::Way => 1e4,
+        Apart::Places => 1e5,
+    }
+}
 
-/// Eight vertices and eight edges that may touch.
+/// Eight vertices and an edge that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pair {
     vertices: usize,
-    edges: usize,
+    edge: usize,
 }
 
 /// The self-contact effect and its list of pairs.
@@ -34,28 +73,39 @@ pub struct SelfContact {
     level: Level,
     stiffness: f64,
     delta: f64,
+    apart: Apart,
     pairs: Vec<Pair>,
-    /// Way along the ring from vertex 0 to each vertex when the list was made; the padding lies at infinity.
-    way: Vec<f64>,
-    whole_way: f64,
-    /// Where the vertices were then, relative to their mean.
+    /// Where each vertex stands along the ring: its way from vertex 0 when the list was made, or its number; the padding stands
+    /// nowhere.
+    along: Vec<f64>,
+    /// The same once round.
+    round: f64,
+    /// Vertices up to this far along the ring from an end of an edge cannot touch it.
+    neighbours: f64,
+    /// Where the vertices were when the list was made, relative to their mean.
     listed_x: Vec<f64>,
     listed_y: Vec<f64>,
     slack: f64,
 }
 
 impl SelfContact {
-    /// Repulsion of stiffness `k` within `delta`.
-    pub fn new(n_vertices: usize, stiffness: f64, delta: f64, level: Level) -> Self {
-        let way = vec![f64::INFINITY; padded(n_vertices) + LANES];
+    /// Repulsion of total stiffness `N_v k` within `delta`.
+    pub fn new(n_vertices: usize, total_stiffness: f64, delta: f64, apart: Apart, level: Level) -> Self {
+        let place = |i: usize| if i < n_vertices { i as f64 } else { f64::NAN };
         let nowhere = vec![f64::INFINITY; n_vertices];
+        let neighbours = match apart {
+            Apart::Way => WAY * delta,
+            Apart::Places => places_within(n_vertices, delta) as f64,
+        };
         Self {
             level,
-            stiffness,
+            stiffness: total_stiffness / n_vertices as f64,
             delta,
+            apart,
             pairs: Vec::new(),
-            way,
-            whole_way: 0.0,
+            along: (0..padded(n_vertices)).map(place).collect(),
+            round: n_vertices as f64,
+            neighbours,
             listed_x: nowhere.clone(),
             listed_y: nowhere,
             slack: f64::NEG_INFINITY,
@@ -64,33 +114,46 @@ impl SelfContact {
 
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
-        self.slack = SKIN;
-        self.pairs.clear();
+        let skin = self.apart.skin(self.delta);
+        self.slack = skin;
         let [mx, my] = mean(ring);
-        let mut way = 0.0;
         for i in 0..ring.n {
             (self.listed_x[i], self.listed_y[i]) = (ring.x[i] - mx, ring.y[i] - my);
-            self.way[i] = way;
+        }
+        if self.apart == Apart::Way {
+            self.measure_ways(ring);
+        }
+        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+        let far = self.delta + skin;
+        let mut pairs = std::mem::take(&mut self.pairs);
+        pairs.clear();
+        on_level!(self.level, simd => {
+            for (a, vertices) in boxes.iter().enumerate() {
+                for (b, edges) in boxes.iter().enumerate() {
+                    let apart =
+                        |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
+                    if apart(0, 1) || apart(2, 3) {
+                        continue;
+                    }
+                    for edge in b * LANES..((b + 1) * LANES).min(ring.n) {
+                        if self.overlap(simd, ring, a * LANES, edge, far).is_some() {
+                            pairs.push(Pair { vertices: a * LANES, edge });
+                        }
+                    }
+                }
+            }
+        });
+        self.pairs = pairs;
+    }
+
+    fn measure_ways(&mut self, ring: &Ring) {
+        let mut way = 0.0;
+        for i in 0..ring.n {
+            self.along[i] = way;
             let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
             way += (ex * ex + ey * ey).sqrt();
         }
-        self.whole_way = way;
-        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-        let far = self.delta + SKIN;
-        for (a, vertices) in boxes.iter().enumerate() {
-            for (b, edges) in boxes.iter().enumerate() {
-                let apart =
-                    |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
-                if apart(0, 1) || apart(2, 3) {
-                    continue;
-                }
-                let simd = Fallback::new();
-                let mut block = (b * LANES)..((b + 1) * LANES).min(ring.n);
-                if block.any(|j| self.overlap(simd, ring, a * LANES, j, far).is_some()) {
-                    self.pairs.push(Pair { vertices: a * LANES, edges: b * LANES });
-                }
-            }
-        }
+        self.round = way;
     }
 
     /// Twice the largest movement of a vertex since the list was made, that of the whole ring apart.
@@ -116,11 +179,11 @@ impl SelfContact {
         let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
         // From both ends of the edge: a vertex next to either is a neighbour, however long the edge.
         let apart = |end: f64| {
-            let way = (load(simd, &self.way, vertices) - end).abs();
-            way.min(self.whole_way - way).simd_gt(f64x8::splat(simd, WAY * self.delta))
+            let along = (load(simd, &self.along, vertices) - end).abs();
+            along.min(self.round - along).simd_gt(f64x8::splat(simd, self.neighbours))
         };
-        let end = if j + 1 == ring.n { 0.0 } else { self.way[j + 1] };
-        let touches = near & apart(self.way[j]) & apart(end);
+        let end = if j + 1 == ring.n { 0.0 } else { self.along[j + 1] };
+        let touches = near & apart(self.along[j]) & apart(end);
         touches.any_true().then(|| {
             let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
             let overlap = touches.select(reach - distance, zero);
@@ -130,43 +193,49 @@ impl SelfContact {
 
     #[inline(always)]
     fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
-        for pair in &self.pairs {
-            let a = pair.vertices;
-            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
-                let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
-                let push = overlap * self.stiffness;
-                let (fx, fy) = (push * nx, push * ny);
-                let x = load(simd, &ring.force_x, a) + fx;
-                store(x, &mut ring.force_x, a);
-                let y = load(simd, &ring.force_y, a) + fy;
-                store(y, &mut ring.force_y, a);
-                let (all_x, all_y) = (sum_lanes(fx), sum_lanes(fy));
-                let (ahead_x, ahead_y) = (sum_lanes(q * fx), sum_lanes(q * fy));
-                ring.force_x[j] -= all_x - ahead_x;
-                ring.force_y[j] -= all_y - ahead_y;
-                ring.force_x[j + 1] -= ahead_x;
-                ring.force_y[j + 1] -= ahead_y;
-            }
+        for &Pair { vertices: a, edge: j } in &self.pairs {
+            let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
+            let push = overlap * self.stiffness;
+            let (fx, fy) = (push * nx, push * ny);
+            let x = load(simd, &ring.force_x, a) + fx;
+            store(x, &mut ring.force_x, a);
+            let y = load(simd, &ring.force_y, a) + fy;
+            store(y, &mut ring.force_y, a);
+            let (all_x, all_y) = (sum_lanes(fx), sum_lanes(fy));
+            let (ahead_x, ahead_y) = (sum_lanes(q * fx), sum_lanes(q * fy));
+            ring.force_x[j] -= all_x - ahead_x;
+            ring.force_y[j] -= all_y - ahead_y;
+            ring.force_x[j + 1] -= ahead_x;
+            ring.force_y[j + 1] -= ahead_y;
         }
     }
+}
 
-    /// Whether two edges of the ring cross.
-    pub fn crosses(ring: &Ring) -> bool {
-        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-        let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
-        let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
-        (0..boxes.len()).any(|a| {
-            (a..boxes.len()).any(|b| {
-                let (p, q) = (boxes[a], boxes[b]);
-                let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
-                !apart
-                    && block(a).any(|i| {
-                        let neighbours = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
-                        block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
-                    })
-            })
+/// Places along a ring of `n` vertices at rest that lie within `pi delta`: the loop between them could not hold one vertex.
+fn places_within(n: usize, delta: f64) -> usize {
+    ((PI * delta / regular_edge(n)) as usize).max(1)
+}
+
+/// Whether two edges of the ring cross that `apart` does not take for neighbours in a pile.
+pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
+    let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+    let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
+    let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
+    let reach = match apart {
+        Apart::Way => 1,
+        Apart::Places => places_within(ring.n, delta),
+    };
+    (0..boxes.len()).any(|a| {
+        (a..boxes.len()).any(|b| {
+            let (p, q) = (boxes[a], boxes[b]);
+            let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
+            !apart
+                && block(a).any(|i| {
+                    let neighbours = |j: usize| j <= i + reach || i + ring.n - j <= reach;
+                    block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
+                })
         })
-    }
+    })
 }
 
 /// Mean vertex.
@@ -194,8 +263,9 @@ impl RingForce for SelfContact {
             return;
         }
         // What counts is the ring's deformation: a droplet that falls as a whole needs no new list.
-        let left = SKIN - self.deformation(ring);
-        if left > 0.1 * SKIN { self.slack = left } else { self.list(ring) }
+        let skin = self.apart.skin(self.delta);
+        let left = skin - self.deformation(ring);
+        if left > 0.1 * skin { self.slack = left } else { self.list(ring) }
     }
 
     fn acts(&self) -> bool {
@@ -210,10 +280,8 @@ impl RingForce for SelfContact {
         let simd = Fallback::new();
         let mut energy = 0.0;
         for pair in &self.pairs {
-            for j in pair.edges..(pair.edges + LANES).min(ring.n) {
-                if let Some([overlap, ..]) = self.overlap(simd, ring, pair.vertices, j, self.delta) {
-                    energy += 0.5 * self.stiffness * sum_lanes(overlap * overlap);
-                }
+            if let Some([overlap, ..]) = self.overlap(simd, ring, pair.vertices, pair.edge, self.delta) {
+                energy += 0.5 * self.stiffness * sum_lanes(overlap * overlap);
             }
         }
         energy
@@ -237,10 +305,10 @@ mod tests {
 
     #[test]
     fn a_round_ring_has_no_pairs_and_a_pinched_one_has() {
-        let mut effect = SelfContact::new(100, 40.0, 0.0123, Level::new());
+        let mut effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, Level::new());
         effect.moved(0.0, &Ring::regular(100, [0.0, 0.0], 0.5));
         assert!(!effect.acts());
-        effect = SelfContact::new(100, 40.0, 0.0123, Level::new());
+        effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, Level::new());
         effect.moved(0.0, &dumb_bell(100, 0.005));
         assert!(effect.acts());
         assert!(effect.energy(&dumb_bell(100, 0.005)) > 0.0);
@@ -249,16 +317,32 @@ mod tests {
 
     #[test]
     fn repulsion_is_minus_the_gradient_of_its_energy_and_adds_up_to_nothing() {
-        let ring = dumb_bell(96, 0.0041);
-        let mut effect = SelfContact::new(96, 40.0, 0.0123, Level::new());
-        effect.moved(0.0, &ring);
+        for apart in [Apart::Way, Apart::Places] {
+            check_gradient(&dumb_bell(96, 0.0041), apart);
+        }
+        // A crowd: forty vertices within three diameters.
+        let mut crowd = Ring::regular(96, [0.0, 0.0], 0.5);
+        for i in 0..40 {
+            crowd.y[i] = crowd.y[0] + 0.001 * i as f64;
+            crowd.x[i] = 0.5 - 0.002 * (i % 3) as f64;
+        }
+        crowd.close();
+        check_gradient(&crowd, Apart::Places);
+        let mut effect = SelfContact::new(96, 4e3, 0.0123, Apart::Way, Level::new());
+        effect.moved(0.0, &crowd);
+        assert!(effect.energy(&crowd) == 0.0, "a crowd is no fold");
+    }
+
+    fn check_gradient(ring: &Ring, apart: Apart) {
+        let mut effect = SelfContact::new(96, 4e3, 0.0123, apart, Level::new());
+        effect.moved(0.0, ring);
         let mut pushed = ring.clone();
         effect.add(&mut pushed);
         pushed.force_x[0] += pushed.force_x[96];
         pushed.force_y[0] += pushed.force_y[96];
         let largest = pushed.force_y[..96].iter().fold(0.0, |a: f64, f| a.max(f.abs()));
         assert!(largest > 1e-3);
-        assert!(pushed.force_x[..96].iter().sum::<f64>().abs() < 1e-12);
+        assert!(pushed.force_x[..96].iter().sum::<f64>().abs() < 1e-12 * (1.0 + largest));
         let h = 1e-7;
         for i in 0..96 {
             let energy_at = |dx: f64, dy: f64| {
@@ -270,15 +354,15 @@ mod tests {
             };
             let slope_x = (energy_at(h, 0.0) - energy_at(-h, 0.0)) / (2.0 * h);
             let slope_y = (energy_at(0.0, h) - energy_at(0.0, -h)) / (2.0 * h);
-            assert!((pushed.force_x[i] + slope_x).abs() < 1e-6 * largest, "vertex {i}");
-            assert!((pushed.force_y[i] + slope_y).abs() < 1e-6 * largest, "vertex {i}");
+            assert!((pushed.force_x[i] + slope_x).abs() < 1e-6 * largest, "{apart:?}, vertex {i}");
+            assert!((pushed.force_y[i] + slope_y).abs() < 1e-6 * largest, "{apart:?}, vertex {i}");
         }
     }
 
     #[test]
     fn crossing_edges_are_found() {
-        assert!(!SelfContact::crosses(&Ring::regular(64, [0.0, 0.0], 0.5)));
-        assert!(!SelfContact::crosses(&dumb_bell(64, 0.002)));
-        assert!(SelfContact::crosses(&dumb_bell(64, -0.01)));
+        assert!(!crosses(&Ring::regular(64, [0.0, 0.0], 0.5), 0.0123, Apart::Way));
+        assert!(!crosses(&dumb_bell(64, 0.002), 0.0123, Apart::Way));
+        assert!(crosses(&dumb_bell(64, -0.01), 0.0123, Apart::Way));
     }
 }

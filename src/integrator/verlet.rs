@@ -184,6 +184,27 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
         }
     }
 
+    /// Goes on with steps of `dt`, from the same velocities.
+    pub(super) fn change_step(&mut self, dt: f64) {
+        let (fx, fy) = self.forces();
+        let (vx, vy) = self.velocities();
+        let simd = Fallback::new();
+        self.dt = dt;
+        let kick = 0.5 * dt / self.ring.vertex_mass();
+        for i in 0..self.ring.n {
+            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let damping = 1.0 + 0.5 * dt * rate;
+            self.ring.ux[i] = damping * vx[i] - kick * fx[i];
+            self.ring.uy[i] = damping * vy[i] - kick * fy[i];
+        }
+    }
+
+    /// Puts the ring back to where `saved` was.
+    pub(super) fn put_back(&mut self, saved: &Ring) {
+        self.ring.clone_from(saved);
+        self.moved(f64::INFINITY);
+    }
+
     /// Moves the ring's origin next to it. Call at instants that do not depend on how a run is cut up.
     pub fn follow(&mut self) {
         self.ring.follow();
@@ -227,6 +248,13 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// Potential energy of all effects at the present positions.
     pub fn potential_energy(&self) -> f64 {
         self.effects.potential_energy(&self.ring)
+    }
+
+    /// Kinetic and potential energy at the present positions.
+    pub fn total_energy(&mut self) -> f64 {
+        let (vx, vy) = self.velocities();
+        let squares: f64 = vx[..self.ring.n].iter().zip(&vy).map(|(x, y)| x * x + y * y).sum();
+        0.5 * self.ring.vertex_mass() * squares + self.potential_energy()
     }
 
     /// Everything that is recorded, at the present positions.

@@ -3,6 +3,7 @@
 use super::ends;
 use crate::campaign::interval::Short;
 use crate::job::{Deformable, GravityForm, Model, Point, SelfContact};
+use crate::stability::vertices_pile_up;
 use std::sync::Arc;
 
 /// One effect, on or off.
@@ -61,10 +62,16 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
         _ => format!("b0 = {}", Ends(ends(points.iter().map(|point| point.b0)))),
     };
     let gravity = if hydrostatic > 0 { "as hydrostatic pressure, along +x" } else { "drives along +x" };
+    let piled = rings.iter().filter(|ring| vertices_pile_up(ring)).count();
     let self_contact = match (rings.is_empty(), with_repulsion) {
-        (true, _) => "SP has no ring",
-        (_, 0) => "switched off",
-        _ => "only where the ring folds back",
+        (true, _) => "SP has no ring".to_owned(),
+        (_, 0) => "switched off".to_owned(),
+        _ if piled == 0 => "only where the ring folds back".to_owned(),
+        _ => format!(
+            "where the ring folds back, and where vertices pile up, the tension being too weak to hold them, at {piled} of {} \
+             points: kappa = 0.318 would keep edges even",
+            rings.len()
+        ),
     };
     effects.extend([
         effect("gravity", true, gravity),

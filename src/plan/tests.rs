@@ -101,7 +101,7 @@ fn a_job_that_two_blocks_name_is_planned_once_and_counts_in_the_first() {
 
 #[test]
 fn the_longest_jobs_come_first_and_equal_ones_by_seed() {
-    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 3\n[grid]\ngamma = [0.1, 1.0]\nn_vertices = [64, 128]";
+    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 3\n[grid]\ngamma = [0.3, 1.0]\nn_vertices = [64, 128]";
     let plan = fresh(&campaign(body));
     assert!(plan.jobs.is_sorted_by(|a, b| a.expected_s >= b.expected_s));
     let seeds: Vec<u64> = plan.jobs.iter().map(|job| job.job.seed).collect();
@@ -130,13 +130,13 @@ fn without_a_distance_the_cost_is_an_upper_bound_from_t_max() {
 
 #[test]
 fn the_text_tells_what_acts_and_what_does_not_and_why() {
-    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 2\n[grid]\ngamma = [0.1, 10.0]\nkappa = [0.0, 1e-3]";
+    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 2\n[grid]\ngamma = [0.3, 10.0]\nkappa = [0.0, 1e-3]";
     let text = fresh(&campaign(body)).render(2);
     for part in [
         "DP in obstacles, 4 points x 2 runs = 8 jobs",
         "8 new, 0 pending, 0 done, 0 failed",
         "stiffest term tension",
-        "tension (gamma = 0.1 .. 10)",
+        "tension (gamma = 0.3 .. 10)",
         "perimeter (kappa = 0 .. 0.001 in 2 of 4 points, else 0)",
         "near_wall_drag (b0 = 0: no distance is computed)",
     ] {

@@ -62,6 +62,7 @@ impl Caption<'_> {
                 });
             }
             Scene::Channel(channel) => words.extend([number("w", channel.w), number("angle", channel.angle)]),
+            Scene::Disc(disc) => words.extend([number("sigma_ob", disc.sigma_ob), number("offset", disc.offset)]),
             Scene::Plate => words.push("on a plate".to_owned()),
         }
         words.push(number("v_t", self.point.v_t));

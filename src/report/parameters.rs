@@ -2,7 +2,7 @@
 //! the rows of a table and those that do not.
 
 use super::rounding::significant;
-use crate::job::{Channel, Deformable, Density, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use crate::job::{Channel, Deformable, Density, Limits, LoneDisc, Model, ObstacleField, Point, Scene, Soft, Stepping};
 use std::cmp::Ordering;
 
 /// Significant digits of a parameter, more only where they tell two values of a column apart.
@@ -137,6 +137,12 @@ fn parameters(point: &Point) -> Vec<(&'static str, Value)> {
             ("w", Value::Number(*w)),
             ("angle", Value::Number(*angle)),
             ("tip_radius", Value::Number(*tip_radius)),
+            ("h_start", Value::Number(*h_start)),
+            ("h_end", Value::Number(*h_end)),
+        ]),
+        Scene::Disc(LoneDisc { sigma_ob, offset, h_start, h_end }) => list.extend([
+            ("sigma_ob", Value::Number(*sigma_ob)),
+            ("offset", Value::Number(*offset)),
             ("h_start", Value::Number(*h_start)),
             ("h_end", Value::Number(*h_end)),
         ]),

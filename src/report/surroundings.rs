@@ -32,6 +32,7 @@ impl Surroundings {
             Scene::Obstacles(field) => ObstacleArray::generate(field, seed).map(Self::Discs),
             Scene::Channel(channel) => Ok(Self::Wedges(channel.clone())),
             Scene::Plate => Ok(Self::Plate),
+            Scene::Disc(disc) => Ok(Self::Discs(ObstacleArray::lone(0.5 * disc.sigma_ob))),
         }
     }
 

@@ -159,6 +159,7 @@ fn kind_in_words(point: &Point) -> String {
         Scene::Obstacles(_) => "obstacle arrays",
         Scene::Channel(_) => "channels",
         Scene::Plate => "plates",
+        Scene::Disc(_) => "front of a disc",
     };
     format!("{} in {scene}", point.model.name())
 }

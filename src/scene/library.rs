@@ -75,6 +75,6 @@ fn key_of(job: &Job) -> Option<ArrayKey> {
         Scene::Obstacles(field) => {
             Some(ArrayKey(serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
         }
-        Scene::Channel(_) | Scene::Plate => None,
+        Scene::Channel(_) | Scene::Plate | Scene::Disc(_) => None,
     }
 }

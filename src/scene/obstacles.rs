@@ -161,6 +161,11 @@ impl ObstacleArray {
         Self { box_size, radius, x: sorted_x, y: sorted_y, cell_start, cells, widest_gap: OnceLock::new() }
     }
 
+    /// One disc around the origin; its nearest periodic image is 2^14 sigma away.
+    pub fn lone(radius: f64) -> Self {
+        Self::from_centres(16_384.0, radius, &[0.0], &[0.0])
+    }
+
     /// Number of discs.
     pub fn len(&self) -> usize {
         self.x.len()

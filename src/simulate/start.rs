@@ -10,15 +10,17 @@ use crate::effects::gravity::Gravity;
 use crate::effects::hydrostatic::Hydrostatic;
 use crate::effects::near_wall_drag::{NearWallDrag, PAPER_ALPHA};
 use crate::effects::perimeter::Perimeter;
-use crate::effects::self_contact::SelfContact;
+use crate::effects::self_contact::{self, Apart, SelfContact};
 use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::integrator::guard::GuardedMotion;
 use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::relax::{self, Place};
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{self, Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, regular_edge};
 use crate::scene::channel::ChannelWalls;
 use crate::scene::library::ArrayLibrary;
+use crate::scene::obstacles::ObstacleArray;
 use crate::scene::plate::Plate;
 use crate::scene::wall::Walls;
 use crate::trajectory::Failure;
@@ -39,6 +41,11 @@ pub(super) fn start(job: &Job, arrays: &ArrayLibrary, level: Level) -> Result<Bo
         Scene::Channel(channel) => {
             let walls = Arc::new(ChannelWalls::new(channel.w, channel.angle, channel.tip_radius));
             Start { point: &job.point, walls, place: Place::Free { at: [channel.h_start, 0.0] }, level }.droplet()
+        }
+        Scene::Disc(disc) => {
+            let walls = Arc::new(ObstacleArray::lone(0.5 * disc.sigma_ob));
+            let place = Place::Free { at: [disc.h_start, disc.offset] };
+            Start { point: &job.point, walls, place, level }.droplet()
         }
         Scene::Plate => Start { point: &job.point, walls: Arc::new(Plate), place: Place::OnPlate, level }.droplet(),
     }
@@ -131,7 +138,7 @@ impl<W: Walls> Start<'_, W> {
         };
         let dt = self.point.stepping.dt;
         match self.point.stepping.integrator {
-            Integrator::Verlet => Box::new(RingMotion::start(placed, effects, dt, self.level)),
+            Integrator::Verlet => Box::new(GuardedMotion::new(RingMotion::start(placed, effects, dt, self.level))),
             Integrator::Implicit => Box::new(ImplicitMotion::start(placed, effects, dt, self.level)),
         }
     }
@@ -144,14 +151,11 @@ impl<W: Walls> Start<'_, W> {
     fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {
         match ring.self_contact {
             job::SelfContact::Off => Vec::new(),
-            // As stiff as a wall that all edges share, whatever the walls of this scene.
             job::SelfContact::Auto => {
-                let stiffness = SELF_STIFFNESS / ring.n_vertices as f64;
-                vec![Box::new(SelfContact::new(ring.n_vertices, stiffness, ring.delta, self.level))]
+                let apart = Apart::of(ring);
+                let stiffness = self_contact::total_stiffness(apart);
+                vec![Box::new(SelfContact::new(ring.n_vertices, stiffness, ring.delta, apart, self.level))]
             }
         }
     }
 }
-
-/// Total stiffness of the ring against itself.
-const SELF_STIFFNESS: f64 = 1e4;

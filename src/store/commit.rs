@@ -137,8 +137,9 @@ fn save_trajectory(
 ) -> rusqlite::Result<()> {
     let mut insert = conn.prepare_cached(
         "INSERT OR REPLACE INTO outcomes (job, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max,
-             area_error_max, overlap_max, energy_rise_max, delta_s, steps, wall_s, provenance, finished)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15)",
+             area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, refused, delta_s, steps, wall_s,
+             provenance, finished)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18)",
     )?;
     insert.execute(params![
         key,
@@ -151,6 +152,9 @@ fn save_trajectory(
         trajectory.area_error_max,
         trajectory.overlap_max,
         trajectory.energy_rise_max,
+        trajectory.ek_ratio_min,
+        trajectory.engulfed_t,
+        integer(trajectory.refused),
         trajectory.delta_s,
         integer(trajectory.steps),
         wall_s,

@@ -1,13 +1,14 @@
 //! The whole migration engine: a flat list of SQL texts, and `user_version` counting how many of them a store has had.
 //!
-//! `application_id` says that a database is a store at all. Each migration is one transaction with its number, so a crash
-//! leaves the store before or after it. Append to the list; a released text never changes.
+//! `application_id` says that a database is a store at all. All that a store lacks is one transaction, so a crash
+//! leaves it before or after. Append to the list; a released text never changes.
 
 use super::StoreError;
 use rusqlite::{Connection, TransactionBehavior};
 use std::path::{Path, PathBuf};
 
-const MIGRATIONS: &[&str] = &[include_str!("../../migrations/0001_initial.sql")];
+const MIGRATIONS: &[&str] =
+    &[include_str!("../../migrations/0001_initial.sql"), include_str!("../../migrations/0002_stability.sql")];
 
 /// `Mnsc`, in the header of every store.
 const APPLICATION_ID: i32 = 0x4D6E_7363;
@@ -54,15 +55,16 @@ fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> R
         let backup = back_up(conn, path, version)?;
         tracing::info!(backup = %backup.display(), from = version, to = migrations.len(), "migrating the store");
     }
-    for (done, sql) in migrations.iter().enumerate().skip(version) {
-        apply(conn, sql, done + 1).map_err(StoreError::sql(path))?;
+    if version < migrations.len() {
+        apply(conn, &migrations[version..], migrations.len()).map_err(StoreError::sql(path))?;
     }
     Ok(())
 }
 
-fn apply(conn: &mut Connection, sql: &str, number: usize) -> rusqlite::Result<()> {
+/// All in one transaction: a reader sees the schema before or the schema after, and none between.
+fn apply(conn: &mut Connection, migrations: &[&str], number: usize) -> rusqlite::Result<()> {
     let transaction = conn.transaction_with_behavior(TransactionBehavior::Immediate)?;
-    transaction.execute_batch(sql)?;
+    migrations.iter().try_for_each(|sql| transaction.execute_batch(sql))?;
     transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
     transaction.pragma_update(None, "user_version", number as i64)?;
     transaction.commit()

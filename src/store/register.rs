@@ -146,7 +146,12 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
     let (field, channel) = match &point.scene {
         Scene::Obstacles(field) => (Some(field), None),
         Scene::Channel(channel) => (None, Some(channel)),
-        Scene::Plate => (None, None),
+        Scene::Plate | Scene::Disc(_) => (None, None),
+    };
+    let sigma_ob = match &point.scene {
+        Scene::Obstacles(field) => Some(field.sigma_ob),
+        Scene::Disc(disc) => Some(disc.sigma_ob),
+        Scene::Channel(_) | Scene::Plate => None,
     };
     let density = field.map(|field| match field.density {
         Density::Saturated => Value::Text("saturated".to_owned()),
@@ -166,7 +171,7 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
         ring.map(|ring| ring.gamma),
         e_w,
         field.map(|field| field.w_ob),
-        field.map(|field| field.sigma_ob),
+        sigma_ob,
         density,
         point.b0,
         point.v_t,

@@ -68,6 +68,9 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
         area_error_max: is_ring.then_some(1e-4),
         overlap_max: 2e-3,
         energy_rise_max: 1e-12,
+        ek_ratio_min: 1e-18,
+        engulfed_t: None,
+        refused: 0,
         delta_s: None,
         steps: 1_000_000,
         clog: clogged.then(|| Clog {

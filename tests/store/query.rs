@@ -19,6 +19,8 @@ fn the_views_have_the_columns_of_the_contract() {
     assert_eq!(columns(dir.path(), "runs"), runs);
     assert_eq!(columns(dir.path(), "stale_runs"), runs);
     assert_eq!(columns(dir.path(), "clog_events"), "job_id,t,r,x,y,ek_ratio,shape,contacts,mechanism");
+    let health = "job_id,energy_rise_max,area_error_max,overlap_max,ek_ratio_min,engulfed_t,refused,error_class";
+    assert_eq!(columns(dir.path(), "stability"), health);
     assert_eq!(columns(dir.path(), "samples"), "job_id,t,r,h,y,v_g,ek_ratio,shape,area_error");
     let point = "model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,n_vertices,dt";
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";

@@ -1,0 +1,87 @@
+//! Watches over an explicit integrator: a stretch of time in which the total energy rose is taken again in smaller steps.
+//!
+//! The stability limit of a job ([`crate::stability`]) is that of its effects one by one; where vertices crowd, more of them may
+//! press on one another than it counts. Drag and integrator let the energy fall, and an instability shows as a rise. After
+//! [`SUCCESSES`] quiet stretches the step doubles again. A run that is never refused has the same bits as without the guard,
+//! and one that is depends on nothing but its job, as long as the stretches do.
+
+use crate::droplet::deformable::Ring;
+use crate::effects::{Drag, EdgeForce};
+use crate::integrator::verlet::RingMotion;
+use crate::trajectory::{Failure, FailureClass};
+
+/// Rise of the total energy within a stretch that only an instability can cause, in g rho sigma^3: 0.6% of the work that
+/// gravity does on a droplet over one diameter.
+const RISE: f64 = 0.005;
+
+/// Most halvings: the smallest step is `dt/32`.
+const MOST_HALVINGS: u32 = 5;
+
+/// Quiet stretches in a row after which the step doubles.
+const SUCCESSES: u32 = 8;
+
+/// A ring advanced by Verlet steps, with a way back.
+#[derive(Debug)]
+pub struct GuardedMotion<E, D> {
+    /// The ring and its effects.
+    pub motion: RingMotion<E, D>,
+    /// Nominal time step.
+    dt: f64,
+    /// Nominal steps taken.
+    steps: u64,
+    /// Total energy now.
+    energy: f64,
+    halvings: u32,
+    successes: u32,
+    /// Stretches refused so far.
+    pub refused: u64,
+    /// The ring at the beginning of the stretch.
+    saved: Ring,
+}
+
+impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
+    /// Guards a motion from here on.
+    pub fn new(mut motion: RingMotion<E, D>) -> Self {
+        let (dt, energy, saved) = (motion.dt, motion.total_energy(), motion.ring.clone());
+        Self { motion, dt, steps: 0, energy, halvings: 0, successes: 0, refused: 0, saved }
+    }
+
+    /// Takes a stretch of `steps` nominal time steps.
+    ///
+    /// # Errors
+    /// Class `unstable` if the energy rises even in the smallest steps; the ring is then where the stretch began.
+    pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        self.saved.clone_from(&self.motion.ring);
+        loop {
+            self.motion.advance(steps << self.halvings);
+            let energy = self.motion.total_energy();
+            let rise = energy - self.energy;
+            if rise < RISE {
+                self.energy = energy;
+                self.steps += steps;
+                self.successes += 1;
+                if self.halvings > 0 && self.successes == SUCCESSES {
+                    self.halve_times(self.halvings - 1);
+                }
+                return Ok(());
+            }
+            self.refused += 1;
+            self.motion.put_back(&self.saved);
+            if self.halvings == MOST_HALVINGS {
+                let reason = format!(
+                    "the total energy rose by {rise:.3e} within {} t0 from t = {} on, even in steps of {:.3e}; see it with `meniscus render`",
+                    steps as f64 * self.dt,
+                    self.steps as f64 * self.dt,
+                    self.motion.dt
+                );
+                return Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, shape: None });
+            }
+            self.halve_times(self.halvings + 1);
+        }
+    }
+
+    fn halve_times(&mut self, halvings: u32) {
+        (self.halvings, self.successes) = (halvings, 0);
+        self.motion.change_step(self.dt / f64::from(1_u32 << halvings));
+    }
+}

@@ -1,0 +1,25 @@
+//! One job of a campaign given as text, run alone.
+
+use meniscus::campaign::Campaign;
+use meniscus::job::{Integrator, Job};
+use meniscus::scene::library::ArrayLibrary;
+use meniscus::simulate::{Context, simulate};
+use meniscus::trajectory::{Failure, Trajectory};
+use meniscus::vector::best_level;
+use std::sync::atomic::AtomicBool;
+
+/// The first job of a campaign of these keys, and the integrator it has.
+pub fn job(keys: &str, seed: u64) -> (Job, Integrator) {
+    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\n{keys}");
+    let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
+    let block = &campaign.blocks[0];
+    let point = block.points[0].clone();
+    let integrator = point.stepping.integrator;
+    (Job { point, point_id: block.point_ids[0], seed }, integrator)
+}
+
+/// Its trajectory.
+pub fn run(keys: &str, seed: u64) -> Result<Trajectory, Failure> {
+    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
+    simulate(&job(keys, seed).0, context).map(|trajectory| trajectory.expect("nobody stops it"))
+}
