@@ -7,9 +7,11 @@
 
 mod choices;
 mod identity;
+mod scenes;
 
 pub use choices::{ContactKind, Engulfed, GravityForm, IntegratorChoice, SelfContact, WallStiffness};
 pub use identity::{BadId, JobId, PointId};
+pub use scenes::{Channel, Density, LoneDisc, ObstacleField, Scene};
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -131,85 +133,6 @@ pub struct Soft {
     pub e_w: f64,
 }
 
-/// The geometry a droplet moves in.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Scene {
-    /// Discs at random in a periodic box.
-    #[serde(rename = "obstacles")]
-    Obstacles(ObstacleField),
-    /// A constriction between two wedges.
-    #[serde(rename = "channel")]
-    Channel(Channel),
-    /// A flat wall below the droplet.
-    #[serde(rename = "plate")]
-    Plate,
-    /// One disc.
-    #[serde(rename = "disc")]
-    Disc(LoneDisc),
-}
-
-/// One disc around the origin, and a droplet that comes down on it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LoneDisc {
-    /// Diameter of the disc.
-    pub sigma_ob: f64,
-    /// How far beside the axis of the disc the centroid starts, along y; zero is head-on.
-    pub offset: f64,
-    /// Where the centroid starts along x.
-    pub h_start: f64,
-    /// Where the run ends, past the disc.
-    pub h_end: f64,
-}
-
-/// A constriction between two wedges, its orifice at `x = 0`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Channel {
-    /// Width of the orifice.
-    pub w: f64,
-    /// Rise of the wedges' faces from the axis, in degrees.
-    pub angle: f64,
-    /// Radius of the rounded tips; zero for sharp ones.
-    pub tip_radius: f64,
-    /// Where the centroid starts.
-    pub h_start: f64,
-    /// Where the run ends, past the orifice.
-    pub h_end: f64,
-}
-
-impl Channel {
-    /// Where a circle of this radius on the axis first touches the wedges: `h = -(R + r - (w/2 + r) cos a)/sin a` at angle a
-    /// and tip radius r; zero if it passes untouched.
-    pub fn first_contact(&self, radius: f64) -> f64 {
-        let (sin, cos) = libm::sincos(self.angle.to_radians());
-        let r = self.tip_radius;
-        -((radius + r - (0.5 * self.w + r) * cos) / sin).max(0.0)
-    }
-}
-
-/// A periodic box of discs placed by random sequential addition; with the seed it names one array.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ObstacleField {
-    /// Smallest gap between two disc surfaces.
-    pub w_ob: f64,
-    /// Diameter of a disc.
-    pub sigma_ob: f64,
-    /// How many discs.
-    pub density: Density,
-    /// Side L of the periodic box.
-    pub box_size: f64,
-}
-
-/// How full an obstacle array is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Density {
-    /// Until no further disc fits.
-    #[serde(rename = "saturated")]
-    Saturated,
-    /// So many discs per sigma^2.
-    #[serde(rename = "number")]
-    Number(f64),
-}
-
 /// How time advances.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stepping {
@@ -266,6 +189,22 @@ pub enum JobState {
 }
 
 impl Point {
+    /// A droplet in a scene, all else as a campaign has it by default: V_t = 0.03 without near-wall drag, Verlet steps of 1e-3, to
+    /// a clog or T = 2e5, a sample every 10 t0.
+    pub fn new(model: Model, scene: Scene) -> Self {
+        Self {
+            model,
+            scene,
+            v_t: 0.03,
+            b0: 0.0,
+            alpha: None,
+            stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
+            limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
+            sample_every: 10.0,
+            shapes_every: None,
+        }
+    }
+
     /// The canonical text of this point, the one that is hashed and stored.
     ///
     /// Numbers must be finite, which a validated campaign guarantees; JSON writes others as `null`.
@@ -313,18 +252,6 @@ impl Model {
     }
 }
 
-impl Scene {
-    /// The name of the scene, as in the column `scene`.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Obstacles(_) => "obstacles",
-            Self::Channel(_) => "channel",
-            Self::Plate => "plate",
-            Self::Disc(_) => "disc",
-        }
-    }
-}
-
 impl Integrator {
     /// The name of the integrator, as in the column `integrator`.
     pub fn name(&self) -> &'static str {
@@ -352,22 +279,9 @@ mod tests {
     use super::*;
 
     fn point() -> Point {
-        Point {
-            model: Model::Soft(Soft { e_w: 10.0 }),
-            scene: Scene::Obstacles(ObstacleField {
-                w_ob: 0.2,
-                sigma_ob: 0.3,
-                density: Density::Number(0.35),
-                box_size: 500.0,
-            }),
-            v_t: 0.03,
-            b0: 0.0,
-            alpha: None,
-            stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-            limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
-            sample_every: 10.0,
-            shapes_every: None,
-        }
+        let density = Density::Number(0.35);
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density, box_size: 500.0 };
+        Point::new(Model::Soft(Soft { e_w: 10.0 }), Scene::Obstacles(field))
     }
 
     #[test]

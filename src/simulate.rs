@@ -7,7 +7,8 @@ pub use start::is_linear;
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::SoftMotion;
-use crate::effects::self_contact::{self, Apart};
+use crate::effects::self_contact;
+use crate::effects::self_contact::apart::Apart;
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::guard::GuardedMotion;
 use crate::integrator::implicit::ImplicitMotion;
@@ -274,22 +275,10 @@ mod tests {
     use crate::job::{Density, Integrator, Limits, ObstacleField, Soft, Stepping};
 
     fn point(sample_every: f64, dt: f64) -> Point {
-        Point {
-            model: Model::Soft(Soft { e_w: 1.0 }),
-            scene: Scene::Obstacles(ObstacleField {
-                w_ob: 0.2,
-                sigma_ob: 0.3,
-                density: Density::Saturated,
-                box_size: 30.0,
-            }),
-            v_t: 0.03,
-            b0: 0.0,
-            alpha: None,
-            stepping: Stepping { integrator: Integrator::Verlet, dt },
-            limits: Limits { t_max: 25.0, distance: None, ek_threshold: 1e-17 },
-            sample_every,
-            shapes_every: None,
-        }
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Saturated, box_size: 30.0 };
+        let point = Point::new(Model::Soft(Soft { e_w: 1.0 }), Scene::Obstacles(field));
+        let limits = Limits { t_max: 25.0, ..point.limits };
+        Point { sample_every, limits, stepping: Stepping { integrator: Integrator::Verlet, dt }, ..point }
     }
 
     #[test]

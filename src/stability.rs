@@ -3,7 +3,7 @@
 //! Velocity-Verlet is stable for `dt < 2/omega`, omega the highest frequency of the linearised forces. Frequencies of
 //! several terms on one vertex add in squares at most, so `omega^2 <= sum omega_term^2` bounds it from above.
 
-use crate::effects::self_contact::{Apart, total_stiffness};
+use crate::effects::self_contact::apart::Apart;
 use crate::job::{Deformable, MASS, Model, Point, SelfContact, regular_edge};
 
 /// Step of the source paper, and the largest that `dt = "auto"` takes.
@@ -90,7 +90,7 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
         terms.push(TermFrequency {
             term: "self-contact",
             // All vertices may stand on one edge: N_v k = the total stiffness.
-            omega: (total_stiffness(Apart::Places) / vertex_mass).sqrt(),
+            omega: (Apart::Places.total_stiffness() / vertex_mass).sqrt(),
             remedy: "raise gamma, lower n_vertices, or take self_contact = \"off\"",
         });
     }
@@ -107,25 +107,11 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Density, Integrator, Limits, ObstacleField, Scene, Stepping};
+    use crate::job::{Density, ObstacleField, Scene};
 
     fn point(gamma: f64) -> Point {
-        Point {
-            model: Model::Deformable(Deformable::of_tension(gamma)),
-            scene: Scene::Obstacles(ObstacleField {
-                w_ob: 0.2,
-                sigma_ob: 0.3,
-                density: Density::Saturated,
-                box_size: 50.0,
-            }),
-            v_t: 0.03,
-            b0: 0.0,
-            alpha: None,
-            stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-            limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-17 },
-            sample_every: 1.0,
-            shapes_every: None,
-        }
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Saturated, box_size: 50.0 };
+        Point::new(Model::Deformable(Deformable::of_tension(gamma)), Scene::Obstacles(field))
     }
 
     #[test]

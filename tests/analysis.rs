@@ -44,17 +44,8 @@ fn ring(gamma: f64) -> Model {
 
 fn point_runs(model: Model, runs: Vec<FinishedRun>) -> PointRuns {
     let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.35), box_size: 500.0 };
-    let point = Point {
-        model,
-        scene: Scene::Obstacles(field),
-        v_t: 0.03,
-        b0: 0.0,
-        alpha: None,
-        stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-        limits: Limits { t_max: 2e5, distance: Some(60.0), ek_threshold: 1e-17 },
-        sample_every: 10.0,
-        shapes_every: None,
-    };
+    let mut point = Point::new(model, Scene::Obstacles(field));
+    point.limits.distance = Some(60.0);
     PointRuns { point_id: point.id(), point, runs }
 }
 

@@ -6,7 +6,7 @@ mod common;
 use common::{expect, meniscus};
 use meniscus::calibrate::frames::{Frame, Trial};
 use meniscus::calibrate::profile::{Laboratory, Parameters, Profile};
-use meniscus::job::{Channel, Deformable, Integrator, Limits, Model, Point, Scene, Stepping};
+use meniscus::job::{Channel, Deformable, Limits, Model, Point, Scene};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fmt::Write;
@@ -20,17 +20,10 @@ const TIP: f64 = 0.2;
 
 fn template() -> Point {
     let ring = Deformable { n_vertices: N, e_w: 1e6, delta: DELTA, ..Deformable::of_tension(1.0) };
-    Point {
-        model: Model::Deformable(ring),
-        scene: Scene::Channel(Channel { w: 0.7, angle: 45.0, tip_radius: TIP, h_start: -1.0, h_end: 1.0 }),
-        v_t: 0.032,
-        b0: 0.0,
-        alpha: None,
-        stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-        limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-10 },
-        sample_every: 1.0,
-        shapes_every: None,
-    }
+    let channel = Channel { w: 0.7, angle: 45.0, tip_radius: TIP, h_start: -1.0, h_end: 1.0 };
+    let point = Point::new(Model::Deformable(ring), Scene::Channel(channel));
+    let limits = Limits { t_max: 1.0, ek_threshold: 1e-10, ..point.limits };
+    Point { v_t: 0.032, limits, sample_every: 1.0, ..point }
 }
 
 /// Where the camera sees the droplet.

@@ -9,7 +9,7 @@ use meniscus::calibrate::frames::Trial;
 use meniscus::calibrate::search::Ranges;
 use meniscus::calibrate::{Calibration, calibrate};
 use meniscus::campaign::keys::{Id, KEYS};
-use meniscus::job::{Channel, Deformable, Integrator, Limits, Model, Point, Scene, Stepping};
+use meniscus::job::{Channel, Deformable, Model, Point, Scene};
 use meniscus::report::calibration;
 use std::error::Error;
 use std::ops::RangeInclusive;
@@ -153,30 +153,18 @@ impl Arguments {
 
     /// The channel and the droplet, gamma and b0 apart.
     fn point(&self) -> Point {
-        Point {
-            model: Model::Deformable(Deformable {
-                kappa: self.kappa,
-                k_a: self.k_a,
-                n_vertices: self.n_vertices as usize,
-                e_w: self.e_w,
-                delta: self.delta,
-                ..Deformable::of_tension(*self.gamma.start())
-            }),
-            scene: Scene::Channel(Channel {
-                w: self.w,
-                angle: self.angle,
-                tip_radius: self.tip_radius,
-                h_start: -1.0,
-                h_end: 1.0,
-            }),
-            v_t: self.v_t,
-            b0: 0.0,
-            alpha: Some(self.alpha),
-            stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-            limits: Limits { t_max: 1.0, distance: None, ek_threshold: 1e-10 },
-            sample_every: 1.0,
-            shapes_every: None,
-        }
+        let ring = Deformable {
+            kappa: self.kappa,
+            k_a: self.k_a,
+            n_vertices: self.n_vertices as usize,
+            e_w: self.e_w,
+            delta: self.delta,
+            ..Deformable::of_tension(*self.gamma.start())
+        };
+        let Self { w, angle, tip_radius, .. } = *self;
+        let channel = Channel { w, angle, tip_radius, h_start: -1.0, h_end: 1.0 };
+        let point = Point::new(Model::Deformable(ring), Scene::Channel(channel));
+        Point { v_t: self.v_t, alpha: Some(self.alpha), ..point }
     }
 
     /// What a reader should know besides the table.

@@ -8,57 +8,14 @@
 //! Eight vertices are paired with each edge that comes close to one of them; where nothing comes close there is no pair, and
 //! the effect costs a look at the boxes of the blocks whenever some vertex has moved by half the skin.
 
+pub mod apart;
+
 use super::RingForce;
 use crate::droplet::deformable::Ring;
-use crate::job::{Deformable, MASS, regular_edge};
 use crate::on_level;
 use crate::vector::{LANES, load, padded, store, sum_lanes};
+use apart::Apart;
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
-use std::f64::consts::PI;
-
-/// How two parts of a ring are told to lie apart along it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Apart {
-    /// The way between them is longer than [`WAY`] times delta: closer ones are a bend. Vertices may then crowd as they like.
-    Way,
-    /// There are more vertices between them than lie within `pi delta` at rest. That never changes, so the energy has no jumps, and
-    /// vertices that gravity drives down the interface stand on each other instead of passing through one another.
-    Places,
-}
-
-impl Apart {
-    /// By places where vertices pile up: where the tension of a long edge is too weak to hold up the vertices below, whose weight, in
-    /// a round droplet, is `M/pi` of each flank. Everywhere else the way: a droplet at rest crowds its vertices a little, and
-    /// every crowd would cost a hundred pairs.
-    pub fn of(ring: &Deformable) -> Self {
-        // T = gamma + K_l N_v (l - l0) at l = LONG l0, N_v l0 = pi.
-        let tension = ring.gamma * (1.0 + ring.kappa * PI * (LONG - 1.0));
-        if tension < MASS / PI { Self::Places } else { Self::Way }
-    }
-
-    fn skin(self, delta: f64) -> f64 {
-        match self {
-            Self::Way => 0.02,
-            Self::Places => 0.5 * delta,
-        }
-    }
-}
-
-/// Longest edge that still traces an interface, in units of l0.
-const LONG: f64 = 8.0;
-
-/// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
-const WAY: f64 = 3.0;
-
-/// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which must not push them through
-/// one another: at N_v = 256 one contact of 1e5 bears 4.8 before it gives way, six times that weight. With 4e4 two of twelve
-/// droplets of kappa = 1e-3 pinched off a lobe of themselves.
-pub const fn total_stiffness(apart: Apart) -> f64 {
-    match apart {
-        Apart::Way => 1e4,
-        Apart::Places => 1e5,
-    }
-}
 
 /// Eight vertices and an edge that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,10 +50,6 @@ impl SelfContact {
     pub fn new(n_vertices: usize, total_stiffness: f64, delta: f64, apart: Apart, level: Level) -> Self {
         let place = |i: usize| if i < n_vertices { i as f64 } else { f64::NAN };
         let nowhere = vec![f64::INFINITY; n_vertices];
-        let neighbours = match apart {
-            Apart::Way => WAY * delta,
-            Apart::Places => places_within(n_vertices, delta) as f64,
-        };
         Self {
             level,
             stiffness: total_stiffness / n_vertices as f64,
@@ -105,7 +58,7 @@ impl SelfContact {
             pairs: Vec::new(),
             along: (0..padded(n_vertices)).map(place).collect(),
             round: n_vertices as f64,
-            neighbours,
+            neighbours: apart.neighbours(n_vertices, delta),
             listed_x: nowhere.clone(),
             listed_y: nowhere,
             slack: f64::NEG_INFINITY,
@@ -211,11 +164,6 @@ impl SelfContact {
     }
 }
 
-/// Places along a ring of `n` vertices at rest that lie within `pi delta`: the loop between them could not hold one vertex.
-fn places_within(n: usize, delta: f64) -> usize {
-    ((PI * delta / regular_edge(n)) as usize).max(1)
-}
-
 /// Whether two edges of the ring cross that `apart` does not take for neighbours in a pile.
 pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
@@ -223,7 +171,7 @@ pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
     let reach = match apart {
         Apart::Way => 1,
-        Apart::Places => places_within(ring.n, delta),
+        Apart::Places => apart.neighbours(ring.n, delta) as usize,
     };
     (0..boxes.len()).any(|a| {
         (a..boxes.len()).any(|b| {

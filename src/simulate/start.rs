@@ -10,7 +10,8 @@ use crate::effects::gravity::Gravity;
 use crate::effects::hydrostatic::Hydrostatic;
 use crate::effects::near_wall_drag::{NearWallDrag, PAPER_ALPHA};
 use crate::effects::perimeter::Perimeter;
-use crate::effects::self_contact::{self, Apart, SelfContact};
+use crate::effects::self_contact::SelfContact;
+use crate::effects::self_contact::apart::Apart;
 use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::integrator::guard::GuardedMotion;
@@ -153,8 +154,13 @@ impl<W: Walls> Start<'_, W> {
             job::SelfContact::Off => Vec::new(),
             job::SelfContact::Auto => {
                 let apart = Apart::of(ring);
-                let stiffness = self_contact::total_stiffness(apart);
-                vec![Box::new(SelfContact::new(ring.n_vertices, stiffness, ring.delta, apart, self.level))]
+                vec![Box::new(SelfContact::new(
+                    ring.n_vertices,
+                    apart.total_stiffness(),
+                    ring.delta,
+                    apart,
+                    self.level,
+                ))]
             }
         }
     }

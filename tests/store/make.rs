@@ -1,8 +1,6 @@
 //! Points, trajectories and stores to test with.
 
-use meniscus::job::{
-    Deformable, Density, Integrator, JobId, Limits, Model, ObstacleField, Point, Scene, Soft, Stepping,
-};
+use meniscus::job::{Deformable, Density, JobId, Model, ObstacleField, Point, Scene, Soft};
 use meniscus::shape::{LoadRecord, ShapeRecord};
 use meniscus::store::{CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions};
 use meniscus::trajectory::{Clog, Failure, FailureClass, Mechanism, Outcome, Samples, Trajectory};
@@ -13,22 +11,8 @@ use std::time::Duration;
 
 /// A soft particle of stiffness `e_w`.
 pub fn soft(e_w: f64) -> Point {
-    Point {
-        model: Model::Soft(Soft { e_w }),
-        scene: Scene::Obstacles(ObstacleField {
-            w_ob: 0.2,
-            sigma_ob: 0.3,
-            density: Density::Number(0.35),
-            box_size: 500.0,
-        }),
-        v_t: 0.03,
-        b0: 0.0,
-        alpha: None,
-        stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-        limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
-        sample_every: 10.0,
-        shapes_every: None,
-    }
+    let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.35), box_size: 500.0 };
+    Point::new(Model::Soft(Soft { e_w }), Scene::Obstacles(field))
 }
 
 /// A deformable particle of line tension `gamma` in a saturated array.
