@@ -1,6 +1,6 @@
 //! What of a ring lies apart along it, so that it can touch itself there; the rest are neighbours.
 
-use crate::job::{Deformable, MASS, regular_edge};
+use crate::job::{Deformable, GravityForm, MASS, regular_edge};
 use std::f64::consts::PI;
 
 /// How two parts of a ring are told to lie apart along it.
@@ -18,8 +18,14 @@ impl Apart {
     /// a round droplet, is `M/pi` of each flank. Everywhere else the way: a droplet at rest crowds its vertices a little, and
     /// every crowd would cost a hundred pairs.
     pub fn of(ring: &Deformable) -> Self {
-        // T = gamma + K_l N_v (l - l0) at l = LONG l0, N_v l0 = pi.
-        let tension = ring.gamma * (1.0 + ring.kappa * PI * (LONG - 1.0));
+        let long = match ring.gravity {
+            GravityForm::Vertex => LONG,
+            // Hydrostatic pressure leaves it to the ring to share out the drag, in free fall too: at Gamma = 0.1 and kappa = 1/pi
+            // the vertices are swept upstream into a tail that crosses itself.
+            GravityForm::Centroid => 1.0,
+        };
+        // T = gamma + K_l N_v (l - l0) at l = long l0, N_v l0 = pi.
+        let tension = ring.gamma * (1.0 + ring.kappa * PI * (long - 1.0));
         if tension < MASS / PI { Self::Places } else { Self::Way }
     }
 
@@ -68,6 +74,8 @@ mod tests {
         let apart = |gamma, kappa| Apart::of(&Deformable { kappa, ..Deformable::of_tension(gamma) });
         assert_eq!([apart(0.24, 1e-3), apart(0.26, 1e-3)], [Apart::Places, Apart::Way]);
         assert_eq!([apart(0.08, 1.0 / PI), apart(0.09, 1.0 / PI)], [Apart::Places, Apart::Way]);
+        let hydrostatic = Deformable { kappa: 1.0 / PI, gravity: GravityForm::Centroid, ..Deformable::of_tension(0.2) };
+        assert_eq!(Apart::of(&hydrostatic), Apart::Places);
     }
 
     #[test]
