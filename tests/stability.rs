@@ -59,7 +59,7 @@ fn springs_along_the_ring_may_be_weak_or_strong() {
 
 #[test]
 fn vertices_that_pile_up_below_a_wrapped_droplet_stay_apart() {
-    let keys = format!("{DENSE}gamma = 0.05\nkappa = 1e-3\nn_vertices = 64\ne_w = 4e4\nlimits.t_max = 150.0");
+    let keys = format!("{DENSE}gamma = 0.05\nkappa = 1e-3\nn_vertices = 64\ne_w = 1e5\nlimits.t_max = 150.0");
     let piled = run(&keys, 0).unwrap();
     assert!(piled.shape_max.unwrap() > 3.0 && area_error(&piled) < 5e-3 && piled.energy_rise_max < 0.01);
 }

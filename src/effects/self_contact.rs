@@ -14,7 +14,7 @@ use super::RingForce;
 use crate::droplet::deformable::Ring;
 use crate::on_level;
 use crate::vector::{LANES, load, padded, store, sum_lanes};
-use apart::Apart;
+use apart::{Apart, WAY, places_within};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
 
 /// Eight vertices and an edge that may touch.
@@ -32,13 +32,14 @@ pub struct SelfContact {
     delta: f64,
     apart: Apart,
     pairs: Vec<Pair>,
-    /// Where each vertex stands along the ring: its way from vertex 0 when the list was made, or its number; the padding stands
-    /// nowhere.
-    along: Vec<f64>,
+    /// Number of each vertex; the padding stands nowhere.
+    place: Vec<f64>,
+    /// Way of each vertex along the ring from vertex 0, when the list was made.
+    way: Vec<f64>,
     /// The same once round.
-    round: f64,
-    /// Vertices up to this far along the ring from an end of an edge cannot touch it.
-    neighbours: f64,
+    whole_way: f64,
+    /// More places than this between them also keep vertices and edges apart.
+    places: Option<f64>,
     /// Where the vertices were when the list was made, relative to their mean.
     listed_x: Vec<f64>,
     listed_y: Vec<f64>,
@@ -56,9 +57,10 @@ impl SelfContact {
             delta,
             apart,
             pairs: Vec::new(),
-            along: (0..padded(n_vertices)).map(place).collect(),
-            round: n_vertices as f64,
-            neighbours: apart.neighbours(n_vertices, delta),
+            place: (0..padded(n_vertices)).map(place).collect(),
+            way: vec![f64::NAN; padded(n_vertices)],
+            whole_way: 0.0,
+            places: (apart == Apart::Places).then(|| places_within(n_vertices, delta) as f64),
             listed_x: nowhere.clone(),
             listed_y: nowhere,
             slack: f64::NEG_INFINITY,
@@ -73,9 +75,7 @@ impl SelfContact {
         for i in 0..ring.n {
             (self.listed_x[i], self.listed_y[i]) = (ring.x[i] - mx, ring.y[i] - my);
         }
-        if self.apart == Apart::Way {
-            self.measure_ways(ring);
-        }
+        self.measure_ways(ring);
         let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
         let far = self.delta + skin;
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -102,11 +102,11 @@ impl SelfContact {
     fn measure_ways(&mut self, ring: &Ring) {
         let mut way = 0.0;
         for i in 0..ring.n {
-            self.along[i] = way;
+            self.way[i] = way;
             let (ex, ey) = (ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
             way += (ex * ex + ey * ey).sqrt();
         }
-        self.round = way;
+        self.whole_way = way;
     }
 
     /// Twice the largest movement of a vertex since the list was made, that of the whole ring apart.
@@ -131,12 +131,18 @@ impl SelfContact {
         let squared = px * px + py * py;
         let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
         // From both ends of the edge: a vertex next to either is a neighbour, however long the edge.
-        let apart = |end: f64| {
-            let along = (load(simd, &self.along, vertices) - end).abs();
-            along.min(self.round - along).simd_gt(f64x8::splat(simd, self.neighbours))
+        let apart = |along: &[f64], round: f64, least: f64| {
+            let from = |end: f64| {
+                let between = (load(simd, along, vertices) - end).abs();
+                between.min(round - between).simd_gt(f64x8::splat(simd, least))
+            };
+            from(along[j]) & from(if j + 1 == ring.n { 0.0 } else { along[j + 1] })
         };
-        let end = if j + 1 == ring.n { 0.0 } else { self.along[j + 1] };
-        let touches = near & apart(self.along[j]) & apart(end);
+        let mut far = apart(&self.way, self.whole_way, WAY * self.delta);
+        if let Some(most) = self.places {
+            far |= apart(&self.place, ring.n as f64, most);
+        }
+        let touches = near & far;
         touches.any_true().then(|| {
             let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
             let overlap = touches.select(reach - distance, zero);
@@ -164,14 +170,14 @@ impl SelfContact {
     }
 }
 
-/// Whether two edges of the ring cross that `apart` does not take for neighbours in a pile.
+/// Whether two edges of the ring cross; those that `apart` takes for neighbours in a pile may.
 pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
     let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
     let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
     let reach = match apart {
         Apart::Way => 1,
-        Apart::Places => apart.neighbours(ring.n, delta) as usize,
+        Apart::Places => places_within(ring.n, delta),
     };
     (0..boxes.len()).any(|a| {
         (a..boxes.len()).any(|b| {
@@ -179,7 +185,15 @@ pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
             let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
             !apart
                 && block(a).any(|i| {
-                    let neighbours = |j: usize| j <= i + reach || i + ring.n - j <= reach;
+                    let next = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
+                    let near = |j: usize| j <= i + reach || i + ring.n - j <= reach;
+                    // Long edges are no pile.
+                    let short = |j: usize| {
+                        let [a, b, ..] = edge(i);
+                        let [c, d, ..] = edge(j);
+                        (c - a).abs().max((d - b).abs()) < WAY * delta
+                    };
+                    let neighbours = |j: usize| next(j) || (near(j) && short(j));
                     block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
                 })
         })

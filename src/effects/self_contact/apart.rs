@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 pub enum Apart {
     /// The way between them is longer than [`WAY`] times delta: closer ones are a bend. Vertices may then crowd as they like.
     Way,
-    /// There are more vertices between them than lie within `pi delta` at rest. That never changes, so the energy has no jumps, and
-    /// vertices that gravity drives down the interface stand on each other instead of passing through one another.
+    /// That, or there are more vertices between them than [`places_within`]: vertices that gravity drives down the interface then stand on each other
+    /// instead of passing through one another.
     Places,
 }
 
@@ -38,15 +38,6 @@ impl Apart {
         }
     }
 
-    /// How far along a ring of `n` vertices neighbours stand: a way, or a number of places, those whose loop at rest could not hold one
-    /// vertex.
-    pub(super) fn neighbours(self, n: usize, delta: f64) -> f64 {
-        match self {
-            Self::Way => WAY * delta,
-            Self::Places => (PI * delta / regular_edge(n)).trunc().max(1.0),
-        }
-    }
-
     /// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which must not push
     /// them through one another: at N_v = 256 one contact of 4e4 bears 1.9 before it gives way, more than twice that weight. (1e5
     /// costs five times as much, and a droplet of kappa = 1e-4 that pinches off a lobe crosses itself all the same.)
@@ -63,7 +54,12 @@ impl Apart {
 const LONG: f64 = 3.0;
 
 /// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
-const WAY: f64 = 3.0;
+pub(super) const WAY: f64 = 3.0;
+
+/// Places along a ring of `n` vertices at rest that lie within `pi delta`: the loop between them could not hold one vertex.
+pub(super) fn places_within(n: usize, delta: f64) -> usize {
+    ((PI * delta / regular_edge(n)) as usize).max(1)
+}
 
 #[cfg(test)]
 mod tests {
@@ -80,7 +76,6 @@ mod tests {
 
     #[test]
     fn neighbours_stand_as_far_apart_however_fine_the_ring() {
-        let places = [256, 1024].map(|n| Apart::Places.neighbours(n, PI / 256.0));
-        assert_eq!(places, [3.0, 12.0]);
+        assert_eq!([256, 1024].map(|n| places_within(n, PI / 256.0)), [3, 12]);
     }
 }
