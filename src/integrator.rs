@@ -4,4 +4,5 @@ pub mod cyclic;
 pub mod guard;
 pub mod implicit;
 pub mod relax;
+pub mod step_control;
 pub mod verlet;

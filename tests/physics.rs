@@ -131,20 +131,15 @@ fn general() -> (Tension, Perimeter) {
     (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * N as f64, rest: regular_edge(N) })
 }
 
-fn total_energy<E: EdgeForce>(motion: &mut RingMotion<E, FarDrag>) -> f64 {
-    let seen = motion.observe();
-    seen.kinetic + seen.potential
-}
-
 #[test]
 fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
     let worst = |dt: f64| {
         let free = among(nothing(), Level::new(), general(), AREA, Gravity::off(), 0.0, 1e4);
         let mut motion = RingMotion::start(bent(), free, dt, Level::new());
-        let begin = total_energy(&mut motion);
+        let begin = motion.total_energy();
         (0..100).fold(0.0, |worst: f64, _| {
             motion.advance((0.01 / dt).round() as u64);
-            worst.max((total_energy(&mut motion) - begin).abs())
+            worst.max((motion.total_energy() - begin).abs())
         })
     };
     let (coarse, fine) = (worst(2e-4), worst(1e-4));
@@ -156,10 +151,10 @@ fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
 fn with_drag_the_total_energy_never_rises() {
     let start = Ring::regular(N, [9.2, 10.0], Ring::regular_radius(N));
     let mut motion = RingMotion::start(start, falling(discs(), Level::new()), DT, Level::new());
-    let mut lowest = total_energy(&mut motion);
+    let mut lowest = motion.total_energy();
     for _ in 0..600 {
         motion.advance(100);
-        let energy = total_energy(&mut motion);
+        let energy = motion.total_energy();
         assert!(energy <= lowest + 1e-12, "rose by {:.2e}", energy - lowest);
         lowest = lowest.min(energy);
     }

@@ -113,8 +113,7 @@ impl<'w> Laboratory<'w> {
     pub fn window(&self) -> [f64; 2] {
         match &self.template.scene {
             Scene::Channel(channel) => [channel.h_start, channel.h_end],
-            Scene::Disc(disc) => [disc.h_start, disc.h_end],
-            Scene::Obstacles(_) | Scene::Plate => [0.0; 2],
+            Scene::Obstacles(_) | Scene::Plate | Scene::Disc(_) => [0.0; 2],
         }
     }
 

@@ -2,11 +2,12 @@
 //!
 //! The stability limit of a job ([`crate::stability`]) is that of its effects one by one; where vertices crowd, more of them may
 //! press on one another than it counts. Drag and integrator let the energy fall, and an instability shows as a rise. After
-//! [`SUCCESSES`] quiet stretches the step doubles again. A run that is never refused has the same bits as without the guard,
+//! [`PATIENCE`] quiet stretches the step doubles again. A run that is never refused has the same bits as without the guard,
 //! and one that is depends on nothing but its job, as long as the stretches do.
 
 use crate::droplet::deformable::Ring;
 use crate::effects::{Drag, EdgeForce};
+use crate::integrator::step_control::{StepControl, WHOLE};
 use crate::integrator::verlet::RingMotion;
 use crate::trajectory::{Failure, FailureClass};
 
@@ -18,7 +19,7 @@ const RISE: f64 = 0.005;
 const MOST_HALVINGS: u32 = 5;
 
 /// Quiet stretches in a row after which the step doubles.
-const SUCCESSES: u32 = 8;
+const PATIENCE: u32 = 8;
 
 /// A ring advanced by Verlet steps, with a way back.
 #[derive(Debug)]
@@ -31,8 +32,7 @@ pub struct GuardedMotion<E, D> {
     steps: u64,
     /// Total energy now.
     energy: f64,
-    halvings: u32,
-    successes: u32,
+    control: StepControl,
     /// Stretches refused so far.
     pub refused: u64,
     /// The ring at the beginning of the stretch.
@@ -43,7 +43,8 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     /// Guards a motion from here on.
     pub fn new(mut motion: RingMotion<E, D>) -> Self {
         let (dt, energy, saved) = (motion.dt, motion.total_energy(), motion.ring.clone());
-        Self { motion, dt, steps: 0, energy, halvings: 0, successes: 0, refused: 0, saved }
+        let control = StepControl::new(MOST_HALVINGS, PATIENCE);
+        Self { motion, dt, steps: 0, energy, control, refused: 0, saved }
     }
 
     /// Takes a stretch of `steps` nominal time steps.
@@ -53,21 +54,19 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
         self.saved.clone_from(&self.motion.ring);
         loop {
-            self.motion.advance(steps << self.halvings);
+            self.motion.advance(steps * u64::from(self.control.parts()));
             let energy = self.motion.total_energy();
             let rise = energy - self.energy;
             if rise < RISE {
                 self.energy = energy;
                 self.steps += steps;
-                self.successes += 1;
-                if self.halvings > 0 && self.successes == SUCCESSES {
-                    self.halve_times(self.halvings - 1);
-                }
+                self.control.accepted(WHOLE);
+                self.take_length();
                 return Ok(());
             }
             self.refused += 1;
             self.motion.put_back(&self.saved);
-            if self.halvings == MOST_HALVINGS {
+            if !self.control.refused() {
                 let reason = format!(
                     "the total energy rose by {rise:.3e} within {} t0 from t = {} on, even in steps of {:.3e}; see it with `meniscus render`",
                     steps as f64 * self.dt,
@@ -76,12 +75,15 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
                 );
                 return Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, shape: None });
             }
-            self.halve_times(self.halvings + 1);
+            self.take_length();
         }
     }
 
-    fn halve_times(&mut self, halvings: u32) {
-        (self.halvings, self.successes) = (halvings, 0);
-        self.motion.change_step(self.dt / f64::from(1_u32 << halvings));
+    /// Goes on in steps of the length that the control now asks for.
+    fn take_length(&mut self) {
+        let dt = self.control.length(self.dt);
+        if dt != self.motion.dt {
+            self.motion.change_step(dt);
+        }
     }
 }

@@ -20,15 +20,15 @@
 //! are made from displacements, never from differences of positions, so they are resolved to about 1e-13.
 //!
 //! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in halves
-//! ([`step_control`]). Everything is deterministic, and does not depend on how a run is cut up.
+//! ([`StepControl`]). Everything is deterministic, and does not depend on how a run is cut up.
 
 pub mod field;
 pub mod newton;
-pub mod step_control;
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::effects::{Drag, EdgeForce};
+use crate::integrator::step_control::{StepControl, WHOLE};
 use crate::integrator::verlet::RingEffects;
 use crate::on_level;
 use crate::trajectory::{Failure, FailureClass};
@@ -36,10 +36,15 @@ use crate::vector::{LANES, load, store};
 use fearless_simd::{Level, f64x8, prelude::*};
 use field::Field;
 use newton::{Newton, Refusal};
-use step_control::{StepControl, WHOLE};
 
 /// Largest distance that a vertex may go in one step, in sigma: half of the default vertex diameter, `pi/512`.
 pub const LARGEST_MOVE: f64 = std::f64::consts::PI / 512.0;
+
+/// Most halvings: the smallest sub-step is `dt/65536`.
+const MOST_HALVINGS: u32 = 16;
+
+/// Accepted sub-steps in a row after which the length doubles.
+const PATIENCE: u32 = 4;
 
 /// Why a sub-step was refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -104,7 +109,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             work: Work::default(),
             level,
             newton: Newton::new(n),
-            control: StepControl::default(),
+            control: StepControl::new(MOST_HALVINGS, PATIENCE),
             earlier: Earlier { moved: Field::zero(n), gained: Field::zero(n), step: f64::INFINITY },
             steps: 0,
         };

@@ -187,16 +187,17 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// Goes on with steps of `dt`, from the same velocities.
     pub(super) fn change_step(&mut self, dt: f64) {
         let (fx, fy) = self.forces();
-        let (vx, vy) = self.velocities();
         let simd = Fallback::new();
-        self.dt = dt;
-        let kick = 0.5 * dt / self.ring.vertex_mass();
+        let kick = |dt: f64| 0.5 * dt / self.ring.vertex_mass();
+        let (kick_before, kick_after) = (kick(self.dt), kick(dt));
         for i in 0..self.ring.n {
             let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
-            let damping = 1.0 + 0.5 * dt * rate;
-            self.ring.ux[i] = damping * vx[i] - kick * fx[i];
-            self.ring.uy[i] = damping * vy[i] - kick * fy[i];
+            let damping = |dt: f64| 1.0 + 0.5 * dt * rate;
+            let (before, after) = (damping(self.dt), damping(dt));
+            self.ring.ux[i] = after * ((self.ring.ux[i] + kick_before * fx[i]) / before) - kick_after * fx[i];
+            self.ring.uy[i] = after * ((self.ring.uy[i] + kick_before * fy[i]) / before) - kick_after * fy[i];
         }
+        self.dt = dt;
     }
 
     /// Puts the ring back to where `saved` was.
@@ -252,9 +253,8 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Kinetic and potential energy at the present positions.
     pub fn total_energy(&mut self) -> f64 {
-        let (vx, vy) = self.velocities();
-        let squares: f64 = vx[..self.ring.n].iter().zip(&vy).map(|(x, y)| x * x + y * y).sum();
-        0.5 * self.ring.vertex_mass() * squares + self.potential_energy()
+        let seen = self.observe();
+        seen.kinetic + seen.potential
     }
 
     /// Everything that is recorded, at the present positions.

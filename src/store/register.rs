@@ -143,15 +143,11 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
         Model::Deformable(ring) => (Some(ring), ring.e_w),
         Model::Soft(soft) => (None, soft.e_w),
     };
-    let (field, channel) = match &point.scene {
-        Scene::Obstacles(field) => (Some(field), None),
-        Scene::Channel(channel) => (None, Some(channel)),
-        Scene::Plate | Scene::Disc(_) => (None, None),
-    };
-    let sigma_ob = match &point.scene {
-        Scene::Obstacles(field) => Some(field.sigma_ob),
-        Scene::Disc(disc) => Some(disc.sigma_ob),
-        Scene::Channel(_) | Scene::Plate => None,
+    let (field, sigma_ob, channel) = match &point.scene {
+        Scene::Obstacles(field) => (Some(field), Some(field.sigma_ob), None),
+        Scene::Disc(disc) => (None, Some(disc.sigma_ob), None),
+        Scene::Channel(channel) => (None, None, Some(channel)),
+        Scene::Plate => (None, None, None),
     };
     let density = field.map(|field| match field.density {
         Density::Saturated => Value::Text("saturated".to_owned()),

@@ -1,25 +1,31 @@
 //! How long the next sub-step is: the nominal step halved as often as need be.
 //!
-//! A refused sub-step is retried at half its length; after [`SUCCESSES`] accepted ones in a row the length doubles, where the
+//! A refused sub-step is retried at half its length; after some accepted ones in a row the length doubles, where the
 //! longer one still ends on a whole multiple of itself. So sub-steps always add up to the nominal step exactly.
 
-/// Most halvings: the smallest sub-step is `dt/65536`.
-pub const MOST_HALVINGS: u32 = 16;
-
-/// A nominal step, in units of the smallest sub-step.
-pub const WHOLE: u32 = 1 << MOST_HALVINGS;
-
-/// Accepted sub-steps in a row after which the length doubles.
-const SUCCESSES: u32 = 4;
+/// A nominal step, in units of the smallest sub-step that there can be, `dt/65536`.
+pub const WHOLE: u32 = 1 << 16;
 
 /// The present length of a sub-step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepControl {
+    most_halvings: u32,
+    patience: u32,
     halvings: u32,
     successes: u32,
 }
 
 impl StepControl {
+    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps in a row.
+    pub const fn new(most_halvings: u32, patience: u32) -> Self {
+        Self { most_halvings, patience, halvings: 0, successes: 0 }
+    }
+
+    /// How many sub-steps of the present length make a nominal step.
+    pub fn parts(self) -> u32 {
+        1 << self.halvings
+    }
+
     /// Length of the next sub-step in units of the smallest.
     pub fn ticks(self) -> u32 {
         WHOLE >> self.halvings
@@ -27,13 +33,13 @@ impl StepControl {
 
     /// Length of the next sub-step, for a nominal step of `dt`.
     pub fn length(self, dt: f64) -> f64 {
-        dt / f64::from(1_u32 << self.halvings)
+        dt / f64::from(self.parts())
     }
 
     /// Takes note that a sub-step was accepted and ended `at` ticks into the nominal step.
     pub fn accepted(&mut self, at: u32) {
         self.successes += 1;
-        if self.halvings > 0 && self.successes >= SUCCESSES && at.is_multiple_of(2 * self.ticks()) {
+        if self.halvings > 0 && self.successes >= self.patience && at.is_multiple_of(2 * self.ticks()) {
             self.halvings -= 1;
             self.successes = 0;
         }
@@ -42,7 +48,7 @@ impl StepControl {
     /// Halves the step; false if it is the smallest already.
     pub fn refused(&mut self) -> bool {
         self.successes = 0;
-        let shorter = self.halvings < MOST_HALVINGS;
+        let shorter = self.halvings < self.most_halvings;
         self.halvings += u32::from(shorter);
         shorter
     }
@@ -53,10 +59,12 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    const PATIENCE: u32 = 4;
+
     proptest! {
         #[test]
         fn sub_steps_add_up_to_whole_steps_whatever_is_refused(refusals in proptest::collection::vec(any::<bool>(), 300)) {
-            let mut control = StepControl::default();
+            let mut control = StepControl::new(16, PATIENCE);
             let (mut at, mut wholes) = (0, 0);
             for refused in refusals {
                 if refused {
@@ -79,7 +87,7 @@ mod tests {
 
     #[test]
     fn the_step_comes_back_to_its_full_length() {
-        let mut control = StepControl::default();
+        let mut control = StepControl::new(16, PATIENCE);
         for _ in 0..3 {
             control.refused();
         }
@@ -89,6 +97,6 @@ mod tests {
             control.accepted(if at == 0 { WHOLE } else { at });
             taken += 1;
         }
-        assert!(taken <= 3 * 2 * SUCCESSES, "{taken}");
+        assert!(taken <= 3 * 2 * PATIENCE, "{taken}");
     }
 }
