@@ -176,16 +176,32 @@ fn a_guarded_run_has_the_bits_of_an_unguarded_one_until_its_energy_rises() {
 
 #[test]
 fn a_stretch_whose_steps_are_too_long_is_taken_in_shorter_ones_and_ends_at_the_same_place() {
-    // Area and tension allow steps of 3.6e-3 here.
-    let mut fine = falling([10.0, 10.0], 1e-3, 1.0);
-    let mut guarded = GuardedMotion::new(falling([10.0, 10.0], 8e-3, 1.0));
-    for _ in 0..40 {
-        fine.advance(1000);
-        guarded.advance(125).unwrap();
+    // Area and tension allow steps of 3.6e-3 here: these need two halvings and three.
+    for (dt, steps) in [(8e-3, 125), (16e-3, 64)] {
+        let mut fine = falling([10.0, 10.0], 1e-3, 1.0);
+        let mut guarded = GuardedMotion::new(falling([10.0, 10.0], dt, 1.0));
+        for _ in 0..40 {
+            fine.advance((dt * steps as f64 * 1e3).round() as u64);
+            guarded.advance(steps).unwrap();
+        }
+        assert!(guarded.refused > 1);
+        let (a, b) = (fine.observe(), guarded.motion.observe());
+        assert!((a.x - b.x).abs() < 1e-3 && (a.y - b.y).abs() < 1e-3, "dt = {dt}: {} {}, {} {}", a.x, a.y, b.x, b.y);
     }
-    assert!(guarded.refused > 0);
-    let (a, b) = (fine.observe(), guarded.motion.observe());
-    assert!((a.x - b.x).abs() < 1e-3 && (a.y - b.y).abs() < 1e-3, "{} {}, {} {}", a.x, a.y, b.x, b.y);
+}
+
+#[test]
+fn a_droplet_in_free_fall_falls_as_galileo_says_however_often_its_steps_are_halved() {
+    // The scheme is exact for a constant force. These steps need three halvings at once.
+    let mut motion = falling([20.0, 20.0], 16e-3, 1.0);
+    motion.effects.drag = FarDrag { rate: 0.0 };
+    let mut guarded = GuardedMotion::new(motion);
+    let start = guarded.motion.observe();
+    (0..5).for_each(|_| guarded.advance(64).unwrap());
+    assert!(guarded.refused > 2);
+    let (end, t) = (guarded.motion.observe(), 5.0 * 64.0 * 16e-3);
+    assert!((end.velocity - start.velocity - t).abs() < 1e-9, "{} {t}", end.velocity);
+    assert!((end.x - start.x - (start.velocity + 0.5 * t) * t).abs() < 1e-7, "{}", end.x);
 }
 
 #[test]

@@ -53,6 +53,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     /// Class `unstable` if the energy rises even in the smallest steps; the ring is then where the stretch began.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
         self.saved.clone_from(&self.motion.ring);
+        let saved_dt = self.motion.dt;
         loop {
             self.motion.advance(steps * u64::from(self.control.parts()));
             let energy = self.motion.total_energy();
@@ -65,13 +66,14 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
                 return Ok(());
             }
             self.refused += 1;
-            self.motion.put_back(&self.saved);
+            let shortest = self.motion.dt;
+            self.motion.put_back(&self.saved, saved_dt);
             if !self.control.refused() {
                 let reason = format!(
                     "the total energy rose by {rise:.3e} within {} t0 from t = {} on, even in steps of {:.3e}; see it with `meniscus render`",
                     steps as f64 * self.dt,
                     self.steps as f64 * self.dt,
-                    self.motion.dt
+                    shortest
                 );
                 return Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, shape: None });
             }

@@ -200,9 +200,10 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
         self.dt = dt;
     }
 
-    /// Puts the ring back to where `saved` was.
-    pub(super) fn put_back(&mut self, saved: &Ring) {
+    /// Puts the ring back to where `saved` was, in steps of `dt`: half-step velocities belong to a step.
+    pub(super) fn put_back(&mut self, saved: &Ring, dt: f64) {
         self.ring.clone_from(saved);
+        self.dt = dt;
         self.moved(f64::INFINITY);
     }
 
