@@ -20,6 +20,7 @@
 //! what is there; results of another physics version stay, as `stale_runs`.
 
 mod catalogue;
+pub mod checkpoint_file;
 mod commit;
 mod error;
 mod fits;
