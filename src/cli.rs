@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, no logic of its own. stdout is data, stderr is talk.
 
 mod calibrate;
+mod check;
 mod fit;
 mod plan;
 mod progress;
@@ -52,6 +53,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
     Render(render::Arguments),
+    /// Check a store: checksums, counts, rows, orphans; with --repair put it right
+    Check(check::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
 }
@@ -66,6 +69,7 @@ impl Cli {
             Command::Query(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
+            Command::Check(arguments) => arguments.run(self.quiet),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
         }
     }

@@ -5,7 +5,10 @@
 //!     store.db       SQLite, the authority: points, jobs, outcomes, clogs, the catalogue of sample files
 //!     samples/       Parquet, the recorded time series; a file exists for readers once it is catalogued
 //!     checkpoints/   unfinished trajectories
+//!     quarantine/    what a repair put aside; there only after one
+//!     store.db.seal  hashes of the closed database; there only while nobody writes
 //!     lock           held by the one process that writes
+//!     readers        held, shared, by those that read samples
 //! ```
 //!
 //! **Locking.** One process writes, under a kernel lock that dies with it; within it one thread does ([`Writer`]).
@@ -20,22 +23,31 @@
 //! what is there; results of another physics version stay, as `stale_runs`.
 
 mod catalogue;
+mod check;
 pub mod checkpoint_file;
 mod commit;
+mod compact;
+mod disk;
 mod error;
+#[cfg(test)]
+mod every_fault;
 mod fits;
 mod format;
 mod lock;
 mod migrate;
+mod quarantine;
 mod query;
 mod read;
+mod readers;
 mod register;
 mod samples;
 mod samples_table;
+mod seal;
 mod shapes;
 mod status;
 mod write;
 
+pub use check::{CheckReport, Finding, check, repair};
 pub use error::StoreError;
 pub use fits::{point_runs, save_fits};
 pub use format::Format;
@@ -66,6 +78,8 @@ pub struct Store {
     conn: Connection,
     /// The run that `begin_run` began: outcomes written from now on belong to it.
     run: Option<i64>,
+    // Dropped in this order: connection, seal, lock.
+    _seal: seal::SealsWhenDropped,
     _lock: File,
 }
 
@@ -80,18 +94,43 @@ impl Store {
     /// program wrote it, [`StoreError::NetworkFileSystem`] where WAL is unsafe; else what SQLite or the system report.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
         lock::refuse_network(dir)?;
-        for folder in [dir.to_owned(), samples_dir(dir), dir.join("checkpoints")] {
-            std::fs::create_dir_all(&folder).map_err(StoreError::io(&folder))?;
-        }
+        disk::create_folder(dir)?;
         let lock = lock::take(dir)?;
+        let is_new = database(dir).metadata().map_or(0, |file| file.len()) == 0 && !seal::log(dir).exists();
+        let store = Self::connect(dir, lock)?;
+        if is_new {
+            // Samples without a database may be all that is left of a store: they are nobody's, but not rubbish.
+            check::files::strangers(dir, &store.conn)?.iter().try_for_each(|path| {
+                tracing::warn!(file = %path.display(), "there was no database; the file goes to quarantine/");
+                quarantine::take(dir, path).map(drop)
+            })?;
+        }
+        store.remove_orphans()?;
+        // Nobody writes a checkpoint now.
+        for path in check::files::listed(&store.checkpoints())? {
+            if path.extension().is_some_and(|extension| extension == "tmp") {
+                disk::remove(&path)?;
+            }
+        }
+        Ok(store)
+    }
+
+    /// Opens the database, and migrates it, under a lock that is held.
+    fn connect(dir: &Path, lock: File) -> Result<Self, StoreError> {
         let path = database(dir);
+        [samples_dir(dir), dir.join("checkpoints")].iter().try_for_each(|folder| disk::create_folder(folder))?;
+        if path.exists() && !seal::first_page_is_sound(dir)? {
+            return Err(StoreError::Damaged { path, problem: "its header is not as it was left".to_owned() });
+        }
         let mut conn = Connection::open(&path).map_err(StoreError::sql(&path))?;
         conn.busy_timeout(BUSY_TIMEOUT).map_err(StoreError::sql(&path))?;
+        migrate::version(&conn, &path)?;
+        // From here on it is written.
+        seal::lift(dir)?;
         migrate::migrate(&mut conn, &path)?;
-        prepare(&conn).map_err(StoreError::sql(&path))?;
-        let store = Self { dir: dir.to_owned(), conn, run: None, _lock: lock };
-        store.remove_orphans()?;
-        Ok(store)
+        prepare(&mut conn, &path)?;
+        let seal = seal::SealsWhenDropped(dir.to_owned());
+        Ok(Self { dir: dir.to_owned(), conn, run: None, _seal: seal, _lock: lock })
     }
 
     /// The folder of the store.
@@ -116,8 +155,8 @@ impl Store {
     pub fn retry(&mut self, class: Option<FailureClass>) -> Result<usize, StoreError> {
         let path = database(&self.dir);
         let class = class.map(FailureClass::name);
-        let retry = |conn: &mut Connection| {
-            let transaction = conn.transaction()?;
+        let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
+        let retry = || {
             let reset = transaction.execute(
                 "UPDATE jobs SET state = 'pending' WHERE physics_version = ?1 AND state = 'failed' AND key IN
                      (SELECT job FROM outcomes WHERE error_class IS NOT NULL AND error_class = coalesce(?2, error_class))",
@@ -130,39 +169,60 @@ impl Store {
             )?;
             transaction
                 .execute("DELETE FROM shape_rows WHERE job IN (SELECT key FROM jobs WHERE state = 'pending')", [])?;
-            transaction.commit()?;
             Ok(reset)
         };
-        retry(&mut self.conn).map_err(StoreError::sql(&path))
+        let reset = retry().map_err(StoreError::sql(&path))?;
+        disk::commit(transaction, &path)?;
+        Ok(reset)
     }
 
-    /// Removes half-written sample files and those a crash kept from being catalogued.
+    /// Removes half-written sample files, those a crash kept from being catalogued, and those that were merged into
+    /// others; while readers may still look at the latter, it leaves all for the next time.
     fn remove_orphans(&self) -> Result<(), StoreError> {
-        let known = self.catalogued().map_err(StoreError::sql(&database(&self.dir)))?;
+        let Some(_alone) = readers::none(&self.dir)? else { return Ok(()) };
+        let known = catalogued(&self.conn).map_err(StoreError::sql(&database(&self.dir)))?;
         let folder = samples_dir(&self.dir);
         for entry in std::fs::read_dir(&folder).map_err(StoreError::io(&folder))? {
             let entry = entry.map_err(StoreError::io(&folder))?;
-            let ours = [Some("tmp"), Some("parquet")].contains(&entry.path().extension().and_then(|e| e.to_str()));
-            if ours && !known.contains(&entry.file_name()) {
-                tracing::info!(file = %entry.path().display(), "removing a sample file that was never committed");
-                std::fs::remove_file(entry.path()).map_err(StoreError::io(&entry.path()))?;
+            if is_ours(&entry.path()) && !known.contains(&entry.file_name()) {
+                tracing::debug!(file = %entry.path().display(), "removing a sample file that no row names");
+                disk::remove(&entry.path())?;
             }
         }
         Ok(())
     }
+}
 
-    fn catalogued(&self) -> rusqlite::Result<HashSet<OsString>> {
-        let mut statement = self.conn.prepare("SELECT path FROM sample_files")?;
-        let names = statement.query_map([], |row| {
-            let path: String = row.get(0)?;
-            Ok(Path::new(&path).file_name().unwrap_or_default().to_owned())
-        })?;
-        names.collect()
-    }
+/// Whether a file in `samples/` is one that this program makes.
+fn is_ours(path: &Path) -> bool {
+    [Some("tmp"), Some("parquet")].contains(&path.extension().and_then(|extension| extension.to_str()))
+}
+
+/// The names of the catalogued sample files.
+fn catalogued(conn: &Connection) -> rusqlite::Result<HashSet<OsString>> {
+    let mut statement = conn.prepare("SELECT path FROM sample_files")?;
+    let names = statement.query_map([], |row| {
+        let path: String = row.get(0)?;
+        Ok(Path::new(&path).file_name().unwrap_or_default().to_owned())
+    })?;
+    names.collect()
 }
 
 /// Sets a writing connection up, after the migration.
-fn prepare(conn: &Connection) -> rusqlite::Result<()> {
+fn prepare(conn: &mut Connection, path: &Path) -> Result<(), StoreError> {
+    set_up(conn).map_err(StoreError::sql(path))?;
+    let transaction = conn.transaction().map_err(StoreError::sql(path))?;
+    let begin = || -> rusqlite::Result<()> {
+        transaction.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
+        let running = "UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')";
+        transaction.execute(running, []).map(drop)
+    };
+    begin().map_err(StoreError::sql(path))?;
+    disk::commit(transaction, path)
+}
+
+/// How a writing connection works.
+fn set_up(conn: &Connection) -> rusqlite::Result<()> {
     conn.pragma_update(None, "journal_mode", "wal")?;
     conn.pragma_update(None, "synchronous", "full")?;
     conn.pragma_update(None, "foreign_keys", true)?;
@@ -171,10 +231,7 @@ fn prepare(conn: &Connection) -> rusqlite::Result<()> {
     conn.pragma_update(None, "cache_size", -256 * 1024)?;
     conn.pragma_update(None, "wal_autocheckpoint", 16 * 1024)?;
     conn.set_prepared_statement_cache_capacity(32);
-    read::keep_plans(conn)?;
-    conn.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
-    conn.execute("UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')", [])?;
-    Ok(())
+    read::keep_plans(conn)
 }
 
 /// The database in the folder `dir`.
@@ -187,9 +244,9 @@ fn samples_dir(dir: &Path) -> PathBuf {
     dir.join("samples")
 }
 
-/// Makes a file, or the names in a folder, survive a power loss.
-fn sync(path: &Path) -> Result<(), StoreError> {
-    File::open(path).and_then(|file| file.sync_all()).map_err(StoreError::io(path))
+/// Makes the names in a folder survive a power loss.
+fn sync(folder: &Path) -> Result<(), StoreError> {
+    disk::sync_folder(folder)
 }
 
 /// Seconds since 1970, UTC.

@@ -1,6 +1,10 @@
 //! The store as its users see it: what was sent is there, once, whatever happened in between.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]
 
+#[path = "store/check.rs"]
+mod check;
+#[path = "store/compact.rs"]
+mod compact;
 #[path = "store/crash.rs"]
 mod crash;
 #[path = "store/make.rs"]
@@ -9,5 +13,7 @@ mod make;
 mod query;
 #[path = "store/scale.rs"]
 mod scale;
+#[path = "store/upgrade.rs"]
+mod upgrade;
 #[path = "store/write.rs"]
 mod write;

@@ -21,7 +21,7 @@ fn first_80_bits(hash: blake3::Hash) -> u128 {
 
 impl PointId {
     /// Identity of the point with this canonical text.
-    pub(super) fn of_canonical(text: &str) -> Self {
+    pub fn of_canonical(text: &str) -> Self {
         Self(first_80_bits(blake3::hash(text.as_bytes())))
     }
 }
@@ -29,10 +29,15 @@ impl PointId {
 impl JobId {
     /// Identity of the run `seed` of a grid point, under the current [`PHYSICS_VERSION`].
     pub fn new(point: PointId, seed: u64) -> Self {
+        Self::of_version(point, seed, PHYSICS_VERSION)
+    }
+
+    /// Identity of the run `seed` of a grid point, under any physics version.
+    pub fn of_version(point: PointId, seed: u64, physics_version: u32) -> Self {
         let mut bytes = [0_u8; 28];
         bytes[..16].copy_from_slice(&point.0.to_be_bytes());
         bytes[16..24].copy_from_slice(&seed.to_be_bytes());
-        bytes[24..].copy_from_slice(&PHYSICS_VERSION.to_be_bytes());
+        bytes[24..].copy_from_slice(&physics_version.to_be_bytes());
         Self(first_80_bits(blake3::hash(&bytes)))
     }
 }

@@ -4,12 +4,13 @@
 //! again and again, so a second lookup close to the last one decodes the pages around it whole, and keeps them.
 
 use super::samples::{OpenFile, PAGE_ROWS};
-use super::{StoreError, database, read};
+use super::{StoreError, database, read, readers};
 use arrow::array::{RecordBatch, RecordBatchReader};
 use arrow::compute::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::HashMap;
+use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -22,6 +23,8 @@ const FOOTERS: usize = 1024;
 pub(super) struct Catalogue {
     dir: PathBuf,
     state: Mutex<State>,
+    /// Keeps the files of this look at the catalogue; released after the connection.
+    _announced: Option<File>,
 }
 
 #[derive(Debug)]
@@ -59,12 +62,13 @@ pub(super) enum JobRows {
 impl Catalogue {
     /// Opens the catalogue of the store in `dir`.
     pub(super) fn open(dir: &Path) -> Result<Self, StoreError> {
+        let announced = readers::announce(dir);
         let conn = read::open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
         // One look at the catalogue for all lookups. It is taken at the first of them, so after the statement that asks
         // has taken its own: every run that it sees has its samples here.
         conn.execute_batch("BEGIN").map_err(StoreError::sql(&database(dir)))?;
         let state = State { conn, footers: HashMap::new(), last: None };
-        Ok(Self { dir: dir.to_owned(), state: Mutex::new(state) })
+        Ok(Self { dir: dir.to_owned(), state: Mutex::new(state), _announced: announced })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {

@@ -10,12 +10,12 @@
 //! state after, and nothing between. There is one file a job, replaced and never appended to, of at most
 //! [`LARGEST`] bytes.
 
-use super::{StoreError, sync};
+use super::{StoreError, disk, sync};
 use crate::job::{JobId, PHYSICS_VERSION};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"MENISCK1";
@@ -107,15 +107,16 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
     let header = postcard::to_stdvec(&header).expect("two numbers and a text can be encoded");
     let checksum = blake3::Hasher::new().update(&header).update(state).finalize();
     let write_half = || {
-        let mut file = File::create(&half)?;
-        [MAGIC, checksum.as_bytes().as_slice(), &header, state].iter().try_for_each(|part| file.write_all(part))?;
-        file.sync_all()?;
-        std::fs::rename(&half, &path)
+        let file = disk::create(&half)?;
+        let parts = [MAGIC, checksum.as_bytes().as_slice(), &header, state];
+        parts.iter().try_for_each(|part| disk::write(&file, &half, part)).map_err(StoreError::io(&half))?;
+        disk::sync(&file, &half)?;
+        disk::rename(&half, &path)
     };
-    if let Err(source) = write_half() {
+    if let Err(error) = write_half() {
         // Of no use to anybody, and the disk may be full.
         let _ = std::fs::remove_file(&half);
-        return Err(StoreError::Io { path, source });
+        return Err(error);
     }
     sync(folder)?;
     Ok(path)

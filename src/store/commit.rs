@@ -5,7 +5,7 @@
 
 use super::samples::{self, SCHEMA_VERSION, SampleFile};
 use super::shapes::save_shapes;
-use super::{Store, StoreError, database};
+use super::{Store, StoreError, database, disk};
 use crate::job::JobId;
 use crate::trajectory::{Clog, Failure, Samples, Trajectory};
 use rusqlite::{Connection, OptionalExtension, params};
@@ -54,16 +54,16 @@ pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, Sto
     let series: Vec<_> = outcomes.iter().filter_map(NewOutcome::samples).collect();
     let file = if series.is_empty() { None } else { Some(samples::write(&store.dir, &series)?) };
     let run = store.run;
-    let mut save = || {
-        let transaction = store.conn.transaction()?;
+    let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
+    let save = || {
         if let Some(file) = &file {
             catalogue(&transaction, file, &outcomes)?;
         }
         outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run))?;
-        mark_started(&transaction, &batch.started)?;
-        transaction.commit()
+        mark_started(&transaction, &batch.started)
     };
     save().map_err(StoreError::sql(&path))?;
+    disk::commit(transaction, &path)?;
     Ok(unknown)
 }
 

@@ -2,6 +2,7 @@
 
 use super::lock::Holder;
 use crate::job::JobId;
+use rusqlite::ErrorCode;
 use std::path::{Path, PathBuf};
 
 /// An operation on a store that failed.
@@ -48,7 +49,8 @@ pub enum StoreError {
     /// The folder lies where SQLite's write-ahead log cannot work.
     #[error(
         "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store \
-         (many machines: `meniscus submit` gives each its own shard)",
+         (many machines: `meniscus submit` gives each its own shard; if you know that only this machine has it mounted, set \
+         MENISCUS_TRUST_FILE_SYSTEM=1)",
         dir.display()
     )]
     NetworkFileSystem {
@@ -65,8 +67,16 @@ pub enum StoreError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The database is not what was written.
+    #[error("{} is damaged: {problem}; `meniscus check DIR --repair` saves what can be saved", path.display())]
+    Damaged {
+        /// The database.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// SQLite failed.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}{}", path.display(), hint(source))]
     Sql {
         /// The database.
         path: PathBuf,
@@ -108,6 +118,16 @@ pub enum StoreError {
     /// The writer thread panicked.
     #[error("the writer of the store panicked: finished jobs are safe, `run` again computes the rest")]
     WriterPanicked,
+}
+
+/// What to do about an error of SQLite, where there is something to do.
+fn hint(source: &rusqlite::Error) -> &'static str {
+    match source.sqlite_error_code() {
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
+            "; `meniscus check DIR --repair` saves what can be saved"
+        }
+        _ => "",
+    }
 }
 
 impl StoreError {

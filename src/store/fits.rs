@@ -2,7 +2,7 @@
 //! `speed_averages`.
 
 use super::read::{corrupt, parse_point};
-use super::{Store, StoreError, database};
+use super::{Store, StoreError, database, disk};
 use crate::fits::{FinishedRun, LambdaFit, PointRuns, SpeedAverage};
 use crate::job::PointId;
 use crate::trajectory::{Mechanism, Outcome};
@@ -70,14 +70,15 @@ pub fn save_fits(
     lambdas: &[(PointId, LambdaFit)],
     speeds: &[(PointId, SpeedAverage)],
 ) -> Result<(), StoreError> {
-    let save = |conn: &mut Connection| {
-        let transaction = conn.transaction()?;
+    let path = database(&store.dir);
+    let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
+    let save = || {
         transaction.execute_batch("DELETE FROM lambda_rows; DELETE FROM speed_rows;")?;
         lambdas.iter().try_for_each(|(id, fit)| save_lambda(&transaction, *id, fit))?;
-        speeds.iter().try_for_each(|(id, average)| save_speed(&transaction, *id, average))?;
-        transaction.commit()
+        speeds.iter().try_for_each(|(id, average)| save_speed(&transaction, *id, average))
     };
-    save(&mut store.conn).map_err(StoreError::sql(&database(&store.dir)))
+    save().map_err(StoreError::sql(&path))?;
+    disk::commit(transaction, &path)
 }
 
 fn save_lambda(transaction: &Transaction<'_>, point: PointId, fit: &LambdaFit) -> rusqlite::Result<()> {

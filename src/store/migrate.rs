@@ -3,15 +3,19 @@
 //! `application_id` says that a database is a store at all. All that a store lacks is one transaction, so a crash
 //! leaves it before or after. Append to the list; a released text never changes.
 
-use super::StoreError;
+use super::{StoreError, disk};
 use rusqlite::{Connection, TransactionBehavior};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-const MIGRATIONS: &[&str] =
-    &[include_str!("../../migrations/0001_initial.sql"), include_str!("../../migrations/0002_stability.sql")];
+const MIGRATIONS: &[&str] = &[
+    include_str!("../../migrations/0001_initial.sql"),
+    include_str!("../../migrations/0002_stability.sql"),
+    include_str!("../../migrations/0004_files.sql"),
+];
 
 /// `Mnsc`, in the header of every store.
-const APPLICATION_ID: i32 = 0x4D6E_7363;
+pub(super) const APPLICATION_ID: i32 = 0x4D6E_7363;
 
 /// What a database is to this program.
 #[derive(Debug, PartialEq)]
@@ -43,46 +47,80 @@ pub(super) fn migrate(conn: &mut Connection, path: &Path) -> Result<(), StoreErr
 }
 
 fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> Result<(), StoreError> {
-    let version = match kind(conn).map_err(StoreError::sql(path))? {
-        Kind::Empty => 0,
-        Kind::Store(version) => version,
-        Kind::Foreign => return Err(StoreError::Foreign(path.to_owned())),
-    };
-    if version > migrations.len() {
-        return Err(StoreError::Newer { path: path.to_owned(), found: version, known: migrations.len() });
-    }
+    let version = known_version(conn, path, migrations.len())?.unwrap_or(0);
     if (1..migrations.len()).contains(&version) {
         let backup = back_up(conn, path, version)?;
         tracing::info!(backup = %backup.display(), from = version, to = migrations.len(), "migrating the store");
     }
     if version < migrations.len() {
-        apply(conn, &migrations[version..], migrations.len()).map_err(StoreError::sql(path))?;
+        let transaction =
+            conn.transaction_with_behavior(TransactionBehavior::Immediate).map_err(StoreError::sql(path))?;
+        apply(&transaction, &migrations[version..], migrations.len()).map_err(StoreError::sql(path))?;
+        disk::commit(transaction, path)?;
     }
     Ok(())
 }
 
 /// All in one transaction: a reader sees the schema before or the schema after, and none between.
-fn apply(conn: &mut Connection, migrations: &[&str], number: usize) -> rusqlite::Result<()> {
-    let transaction = conn.transaction_with_behavior(TransactionBehavior::Immediate)?;
+fn apply(transaction: &Connection, migrations: &[&str], number: usize) -> rusqlite::Result<()> {
     migrations.iter().try_for_each(|sql| transaction.execute_batch(sql))?;
     transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
-    transaction.pragma_update(None, "user_version", number as i64)?;
-    transaction.commit()
+    transaction.pragma_update(None, "user_version", number as i64)
+}
+
+/// The schema of the database at `path`; `None` if nothing was ever written to it.
+///
+/// # Errors
+/// [`StoreError::Newer`], [`StoreError::Foreign`].
+pub(super) fn version(conn: &Connection, path: &Path) -> Result<Option<usize>, StoreError> {
+    known_version(conn, path, MIGRATIONS.len())
+}
+
+fn known_version(conn: &Connection, path: &Path, known: usize) -> Result<Option<usize>, StoreError> {
+    match kind(conn).map_err(StoreError::sql(path))? {
+        Kind::Empty => Ok(None),
+        Kind::Store(found) if found <= known => Ok(Some(found)),
+        Kind::Store(found) => Err(StoreError::Newer { path: path.to_owned(), found, known }),
+        Kind::Foreign => Err(StoreError::Foreign(path.to_owned())),
+    }
+}
+
+/// The latest schema of this program.
+pub(super) fn latest() -> u32 {
+    MIGRATIONS.len() as u32
+}
+
+/// The declarations of a database, by name.
+pub(super) fn schema(conn: &Connection) -> rusqlite::Result<BTreeMap<String, String>> {
+    let mut statement = conn.prepare("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")?;
+    statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+}
+
+/// The declarations of a store of this schema.
+pub(super) fn expected_schema(version: usize) -> rusqlite::Result<BTreeMap<String, String>> {
+    let conn = Connection::open_in_memory()?;
+    MIGRATIONS.iter().take(version).try_for_each(|sql| conn.execute_batch(sql))?;
+    schema(&conn)
 }
 
 /// Copies the database to `store.db.schema-N`; the name appears only once the copy is complete and on disk.
 fn back_up(conn: &Connection, path: &Path, version: usize) -> Result<PathBuf, StoreError> {
     let backup = path.with_extension(format!("db.schema-{version}"));
     let half = path.with_extension("db.backup.tmp");
-    match std::fs::remove_file(&half) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(StoreError::io(&half)(error)),
-        _ => {}
-    }
-    conn.execute("VACUUM INTO ?1", [half.to_string_lossy()]).map_err(StoreError::sql(path))?;
-    super::sync(&half)?;
-    std::fs::rename(&half, &backup).map_err(StoreError::io(&backup))?;
-    super::sync(path.parent().unwrap_or(path))?;
+    disk::remove(&half)?;
+    copy_to(conn, path, &half)?;
+    disk::rename(&half, &backup)?;
+    disk::sync_folder(path.parent().unwrap_or(path))?;
     Ok(backup)
+}
+
+/// Copies a sound database to a new file, which is safely on disk when this returns; `path` is where the database is.
+pub(super) fn copy_to(conn: &Connection, path: &Path, copy: &Path) -> Result<(), StoreError> {
+    // VACUUM takes an empty file for a new one.
+    disk::create(copy)?;
+    conn.execute("VACUUM INTO ?1", [copy.to_string_lossy()]).map_err(StoreError::sql(path))?;
+    let file = std::fs::File::open(copy).map_err(StoreError::io(copy))?;
+    disk::sync(&file, copy)
 }
 
 /// Whether the database at `path` can be read as a store: `false` if nothing was written to it yet.

@@ -1,9 +1,9 @@
 //! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
 
-use super::{Holder, Store, StoreError, database, unix_now};
+use super::{Holder, Store, StoreError, database, disk, unix_now};
 use crate::job::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
 use rusqlite::types::Value;
-use rusqlite::{Connection, params};
+use rusqlite::{Connection, params, params_from_iter};
 use std::ops::Range;
 
 /// A campaign as it is kept: its name and the text of its file.
@@ -67,7 +67,11 @@ impl Store {
         if let Some(planned) = points.iter().find(|planned| i64::try_from(planned.seeds.end).is_err()) {
             return Err(StoreError::SeedTooLarge(planned.seeds.end));
         }
-        register(&mut self.conn, campaign, points).map_err(StoreError::sql(&database(&self.dir)))
+        let path = database(&self.dir);
+        let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
+        let registered = register(&transaction, campaign, points).map_err(StoreError::sql(&path))?;
+        disk::commit(transaction, &path)?;
+        Ok(registered)
     }
 
     /// Notes that a run begins; outcomes written from now on belong to it. Returns its key in `provenance`.
@@ -77,14 +81,17 @@ impl Store {
     pub fn begin_run(&mut self, provenance: &Provenance<'_>) -> Result<i64, StoreError> {
         let Holder { pid, host } = Holder::this_process();
         let Provenance { program_version, git_commit, rustc, cpu_features, campaign } = *provenance;
-        let inserted = self.conn.execute(
+        let path = database(&self.dir);
+        let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
+        let inserted = transaction.execute(
             "INSERT INTO provenance
                  (program_version, git_commit, rustc, cpu_features, host, pid, campaign, started)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
             params![program_version, git_commit, rustc, cpu_features, host, pid, campaign, unix_now()],
         );
-        inserted.map_err(StoreError::sql(&database(&self.dir)))?;
-        let key = self.conn.last_insert_rowid();
+        inserted.map_err(StoreError::sql(&path))?;
+        let key = transaction.last_insert_rowid();
+        disk::commit(transaction, &path)?;
         self.run = Some(key);
         Ok(key)
     }
@@ -95,25 +102,27 @@ impl Store {
     /// What SQLite reports.
     pub fn end_run(&mut self) -> Result<(), StoreError> {
         let Some(run) = self.run.take() else { return Ok(()) };
-        let ended = self.conn.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run));
-        ended.map(drop).map_err(StoreError::sql(&database(&self.dir)))
+        let path = database(&self.dir);
+        let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
+        let ended = transaction.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run));
+        ended.map_err(StoreError::sql(&path))?;
+        disk::commit(transaction, &path)
     }
 }
 
 fn register(
-    conn: &mut Connection,
+    transaction: &Connection,
     campaign: &CampaignRecord<'_>,
     points: &[PlannedPoint<'_>],
 ) -> rusqlite::Result<Registered> {
-    let transaction = conn.transaction()?;
-    let mut registered = Registered { campaign: add_campaign(&transaction, campaign)?, new_points: 0, new_jobs: 0 };
+    let mut registered = Registered { campaign: add_campaign(transaction, campaign)?, new_points: 0, new_jobs: 0 };
     let mut add_job = transaction.prepare(
         "INSERT INTO jobs (job_id, point, campaign, seed, physics_version) VALUES (?1, ?2, ?3, ?4, ?5)
          ON CONFLICT (job_id) DO NOTHING",
     )?;
     let mut point_key = transaction.prepare("SELECT key FROM points WHERE point_id = ?1")?;
     for planned in points {
-        registered.new_points += add_point(&transaction, planned)?;
+        registered.new_points += add_point(transaction, planned)?;
         let point: i64 = point_key.query_row([planned.point_id.to_string()], |row| row.get(0))?;
         for seed in planned.seeds.clone() {
             let job_id = JobId::new(planned.point_id, seed).to_string();
@@ -121,8 +130,6 @@ fn register(
                 add_job.execute((job_id, point, registered.campaign, seed as i64, PHYSICS_VERSION))?;
         }
     }
-    drop((add_job, point_key));
-    transaction.commit()?;
     Ok(registered)
 }
 
@@ -138,7 +145,18 @@ fn add_campaign(conn: &Connection, campaign: &CampaignRecord<'_>) -> rusqlite::R
 
 /// Adds a grid point with its parameters as columns; returns 1, or 0 if it was there.
 fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<usize> {
-    let point = planned.point;
+    let mut add = conn.prepare_cached(
+        "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
+                             n_vertices, dt, integrator)
+         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)
+         ON CONFLICT (point_id) DO NOTHING",
+    )?;
+    let named = [planned.point_id.to_string().into(), planned.point.canonical().into()];
+    add.execute(params_from_iter(named.into_iter().chain(columns(planned.point))))
+}
+
+/// The parameters of a point as the columns `model` to `integrator` of its row.
+pub(super) fn columns(point: &Point) -> [Value; 15] {
     let (ring, e_w) = match &point.model {
         Model::Deformable(ring) => (Some(ring), ring.e_w),
         Model::Soft(soft) => (None, soft.e_w),
@@ -153,29 +171,21 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
         Density::Saturated => Value::Text("saturated".to_owned()),
         Density::Number(number) => Value::Real(number),
     });
-    let mut add = conn.prepare_cached(
-        "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
-                             n_vertices, dt, integrator)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)
-         ON CONFLICT (point_id) DO NOTHING",
-    )?;
-    add.execute(params![
-        planned.point_id.to_string(),
-        point.canonical(),
-        point.model.name(),
-        point.scene.name(),
-        ring.map(|ring| ring.gamma),
-        e_w,
-        field.map(|field| field.w_ob),
-        sigma_ob,
-        density,
-        point.b0,
-        point.v_t,
-        ring.map(|ring| ring.k_a),
-        ring.map(|ring| ring.kappa),
-        channel.map(|channel| channel.w),
-        ring.map(|ring| ring.n_vertices as i64),
-        point.stepping.dt,
-        point.stepping.integrator.name(),
-    ])
+    [
+        Value::Text(point.model.name().to_owned()),
+        Value::Text(point.scene.name().to_owned()),
+        ring.map(|ring| ring.gamma).into(),
+        e_w.into(),
+        field.map(|field| field.w_ob).into(),
+        sigma_ob.into(),
+        density.unwrap_or(Value::Null),
+        point.b0.into(),
+        point.v_t.into(),
+        ring.map(|ring| ring.k_a).into(),
+        ring.map(|ring| ring.kappa).into(),
+        channel.map(|channel| channel.w).into(),
+        ring.map(|ring| ring.n_vertices as i64).into(),
+        point.stepping.dt.into(),
+        Value::Text(point.stepping.integrator.name().to_owned()),
+    ]
 }

@@ -5,7 +5,7 @@
 //! zstd level 3 gains nothing over 1. The rows of a job are contiguous; the catalogue knows the first and their number,
 //! so that reading one job decodes a page or two of each column.
 
-use super::{StoreError, samples_dir, sync};
+use super::{StoreError, disk, samples_dir};
 use crate::job::JobId;
 use crate::trajectory::Samples;
 use arrow::array::{ArrayRef, AsArray, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
@@ -77,16 +77,17 @@ fn properties() -> WriterProperties {
 }
 
 /// A file that is hashed while it is written.
-struct HashingFile {
+pub(super) struct HashingFile<'a> {
     file: File,
+    path: &'a Path,
     hasher: blake3::Hasher,
 }
 
-impl Write for HashingFile {
+impl Write for HashingFile<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = self.file.write(bytes)?;
-        self.hasher.update(&bytes[..written]);
-        Ok(written)
+        disk::write(&self.file, self.path, bytes)?;
+        self.hasher.update(bytes);
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
@@ -98,23 +99,42 @@ impl Write for HashingFile {
 ///
 /// When this returns the file is complete, on disk and under its name; but nothing knows of it until it is catalogued.
 pub(super) fn write(dir: &Path, jobs: &[(JobId, &Samples)]) -> Result<SampleFile, StoreError> {
+    write_with(dir, |writer| write_rows(writer, jobs))
+}
+
+/// What writes the rows of a new file.
+pub(super) type RowWriter<'a, 'b> = ArrowWriter<&'a mut HashingFile<'b>>;
+
+/// Writes whatever rows `fill` writes as a new file of the store in `dir`, as [`write`] does.
+pub(super) fn write_with(
+    dir: &Path,
+    fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
+) -> Result<SampleFile, StoreError> {
     let folder = samples_dir(dir);
     // One writer, one half-written file: the next attempt or the next opening replaces it.
     let half = folder.join("batch.tmp");
-    let file = HashingFile { file: File::create(&half).map_err(StoreError::io(&half))?, hasher: blake3::Hasher::new() };
-    let written = write_rows(file, jobs).map_err(StoreError::parquet(&half))?;
-    written.file.sync_all().map_err(StoreError::io(&half))?;
+    let mut written = HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new() };
+    let rows = write_all(&mut written, fill).map_err(StoreError::parquet(&half))?;
+    disk::sync(&written.file, &half)?;
     let bytes = written.file.metadata().map_err(StoreError::io(&half))?.len();
     let checksum = written.hasher.finalize().to_hex();
     let path = format!("samples/{}.parquet", &checksum[..20]);
-    std::fs::rename(&half, dir.join(&path)).map_err(StoreError::io(&half))?;
-    sync(&folder)?;
-    let rows = jobs.iter().map(|(_, samples)| samples.len() as u64).sum();
+    disk::rename(&half, &dir.join(&path))?;
+    disk::sync_folder(&folder)?;
     Ok(SampleFile { path, rows, bytes, checksum: checksum.to_string() })
 }
 
-fn write_rows(file: HashingFile, jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<HashingFile> {
+/// Writes the whole file; returns the number of its rows.
+fn write_all(
+    file: &mut HashingFile<'_>,
+    fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
+) -> parquet::errors::Result<u64> {
     let mut writer = ArrowWriter::try_new(file, schema(), Some(properties()))?;
+    fill(&mut writer)?;
+    Ok(writer.close()?.file_metadata().num_rows() as u64)
+}
+
+fn write_rows(writer: &mut RowWriter<'_, '_>, jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<()> {
     let mut rest = jobs;
     while !rest.is_empty() {
         let mut rows = 0;
@@ -126,7 +146,7 @@ fn write_rows(file: HashingFile, jobs: &[(JobId, &Samples)]) -> parquet::errors:
         writer.write(&to_arrow(chunk)?)?;
         rest = later;
     }
-    writer.into_inner()
+    Ok(())
 }
 
 fn to_arrow(jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<RecordBatch> {

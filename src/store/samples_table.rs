@@ -21,6 +21,7 @@ use rusqlite::vtab::{
 use rusqlite::{Connection, Error, Result};
 use std::borrow::Cow;
 use std::ffi::{CStr, c_int};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -134,16 +135,19 @@ impl SamplesCursor {
     fn load(&mut self) -> Result<()> {
         self.row = 0;
         loop {
-            let next = self.reader.as_mut().and_then(Iterator::next).transpose();
-            self.batch = next.map_err(|error| Error::ModuleError(error.to_string()))?;
+            let reader = self.reader.as_mut();
+            self.batch = guarded(|| {
+                let next = reader.and_then(Iterator::next).transpose();
+                next.map_err(|error| Error::ModuleError(format!("{error}; {NEXT_STEP}")))
+            })?;
             match &self.batch {
                 Some(batch) if batch.num_rows() > 0 => return Ok(()),
                 Some(_) => {}
                 None => match self.files.pop() {
                     None => return Ok(()),
                     Some(file) => {
-                        let reader = self.catalogue.read_file(&file, self.plan.columns).map_err(module_error)?;
-                        self.reader = Some(reader);
+                        let read = || self.catalogue.read_file(&file, self.plan.columns).map_err(module_error);
+                        self.reader = Some(guarded(read)?);
                     }
                 },
             }
@@ -163,7 +167,7 @@ unsafe impl VTabCursor for SamplesCursor {
         // Only a text can be equal to a job_id.
         let Some(ValueRef::Text(job_id)) = args.iter().next() else { return Ok(()) };
         self.job_id = String::from_utf8_lossy(job_id).into_owned();
-        match self.catalogue.read_job(&self.job_id, self.plan.columns).map_err(module_error)? {
+        match guarded(|| self.catalogue.read_job(&self.job_id, self.plan.columns).map_err(module_error))? {
             JobRows::None => Ok(()),
             JobRows::Decoded(batch) => {
                 self.batch = Some(batch);
@@ -214,6 +218,17 @@ unsafe impl VTabCursor for SamplesCursor {
     }
 }
 
+const NEXT_STEP: &str = "`meniscus check DIR` examines all sample files";
+
 fn module_error(error: StoreError) -> Error {
-    Error::ModuleError(error.to_string())
+    Error::ModuleError(match error {
+        StoreError::Parquet { .. } => format!("{error}; {NEXT_STEP}"),
+        other => other.to_string(),
+    })
+}
+
+/// Reads what may be a damaged file: a panic of the Parquet library must not pass through SQLite.
+fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(Error::ModuleError(format!("a sample file is damaged; {NEXT_STEP}"))))
 }

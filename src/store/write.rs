@@ -5,6 +5,7 @@
 //! with its batch kept; after the last try the writer stops, and [`Writer::finish`] says why.
 
 use super::commit::{Batch, FinishedJob, commit};
+use super::compact;
 use super::{Store, StoreError, unix_now};
 use crate::job::JobId;
 use crate::trajectory::{Failure, FailureClass, Trajectory};
@@ -40,6 +41,8 @@ pub struct WriterOptions {
     pub age: Duration,
     /// Messages that wait for the writer before workers wait too.
     pub queue: usize,
+    /// Merge so many small sample files of about one size into one.
+    pub merge: usize,
     /// Pauses after failed commits; the writer gives up after the last.
     pub pauses: Vec<Duration>,
 }
@@ -51,6 +54,7 @@ impl Default for WriterOptions {
             samples: 1 << 20,
             age: Duration::from_secs(1),
             queue: 1024,
+            merge: compact::TIER,
             pauses: [0.2, 1.0, 5.0, 15.0, 30.0].map(Duration::from_secs_f64).to_vec(),
         }
     }
@@ -159,6 +163,10 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
             Ok(None) | Err(RecvTimeoutError::Disconnected) => true,
         };
         unknown.extend(patiently_commit(&mut store, &std::mem::take(&mut pending).batch, options)?);
+        if let Err(error) = compact::compact(&mut store, options.merge) {
+            // Nothing is lost: the small files stay.
+            tracing::warn!(%error, "small sample files could not be merged; the next commit tries again");
+        }
         if last {
             store.end_run()?;
             return unknown.first().map_or(Ok(store), |job| Err(StoreError::UnknownJob(*job)));

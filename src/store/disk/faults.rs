@@ -1,0 +1,156 @@
+//! Operations that fail, or are the last before the process dies, in the stores of tests.
+//!
+//! A test arms a store's folder; every operation below it is then counted, and the one that was asked for goes wrong. A
+//! process that died is played by a copy of the folder as it was at that instant, and by refusing every later operation of
+//! the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut in half, names
+//! are as before, removed files are back.
+
+use super::Operation;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What goes wrong at an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::store) enum Fault {
+    /// It fails, once.
+    Error,
+    /// The process dies after it.
+    Death,
+    /// The machine loses its power after it.
+    PowerLoss,
+}
+
+/// What happens, and what happened, in one folder.
+struct Plan {
+    folder: PathBuf,
+    at: usize,
+    fault: Fault,
+    count: usize,
+    seen: Vec<String>,
+    /// Where the copy is made, and whether it was.
+    copy: PathBuf,
+    dead: bool,
+    /// Files written and not flushed.
+    unflushed: Vec<PathBuf>,
+    /// Names given, `(from, to)`, in folders not flushed since.
+    renamed: Vec<(PathBuf, PathBuf)>,
+    /// Files removed, with their bytes, in folders not flushed since.
+    removed: Vec<(PathBuf, Vec<u8>)>,
+}
+
+static PLANS: Mutex<Vec<Plan>> = Mutex::new(Vec::new());
+
+fn plans() -> MutexGuard<'static, Vec<Plan>> {
+    PLANS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Lets the operation number `at`, counted from 1, in `folder` go wrong; a copy of a dead store appears at `copy`.
+pub(in crate::store) fn arm(folder: &Path, at: usize, fault: Fault, copy: &Path) {
+    plans().push(Plan {
+        folder: folder.to_owned(),
+        at,
+        fault,
+        count: 0,
+        seen: Vec::new(),
+        copy: copy.to_owned(),
+        dead: false,
+        unflushed: Vec::new(),
+        renamed: Vec::new(),
+        removed: Vec::new(),
+    });
+}
+
+/// Ends it; returns what operations there were, and whether the store died.
+pub(in crate::store) fn disarm(folder: &Path) -> (Vec<String>, bool) {
+    let mut plans = plans();
+    let index = plans.iter().position(|plan| plan.folder == folder).expect("the folder was armed");
+    let plan = plans.swap_remove(index);
+    (plan.seen, plan.dead)
+}
+
+fn refusal() -> std::io::Error {
+    std::io::Error::other("made to fail")
+}
+
+/// Counts an operation; refuses it if it is the one to fail, or if the store has died.
+pub(super) fn before(operation: Operation<'_>, path: &Path) -> std::io::Result<()> {
+    let mut plans = plans();
+    let Some(plan) = plans.iter_mut().find(|plan| path.starts_with(&plan.folder)) else { return Ok(()) };
+    if plan.dead {
+        return Err(refusal());
+    }
+    plan.count += 1;
+    let name = path.strip_prefix(&plan.folder).unwrap_or(path).display();
+    plan.seen.push(format!("{operation:?} {name}"));
+    if operation == Operation::Remove
+        && let Ok(bytes) = std::fs::read(path)
+    {
+        plan.removed.push((path.to_owned(), bytes));
+    }
+    if plan.count == plan.at && plan.fault == Fault::Error { Err(refusal()) } else { Ok(()) }
+}
+
+/// Notes what an operation did; the one after which the store dies makes the copy.
+pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()> {
+    let mut plans = plans();
+    let Some(plan) = plans.iter_mut().find(|plan| path.starts_with(&plan.folder)) else { return Ok(()) };
+    match operation {
+        Operation::Create | Operation::Write => {
+            plan.unflushed.retain(|other| other != path);
+            plan.unflushed.push(path.to_owned());
+        }
+        Operation::Sync => plan.unflushed.retain(|other| other != path),
+        Operation::RenameTo(to) => {
+            for file in plan.unflushed.iter_mut().filter(|file| file.as_path() == path) {
+                *file = to.to_owned();
+            }
+            plan.renamed.push((path.to_owned(), to.to_owned()));
+        }
+        Operation::SyncFolder => {
+            plan.renamed.retain(|(_, to)| to.parent() != Some(path));
+            plan.removed.retain(|(file, _)| file.parent() != Some(path));
+        }
+        Operation::CreateFolder | Operation::Remove | Operation::Commit => {}
+    }
+    if plan.count != plan.at || plan.fault == Fault::Error {
+        return Ok(());
+    }
+    plan.dead = true;
+    copy_folder(&plan.folder, &plan.copy)?;
+    if plan.fault == Fault::PowerLoss {
+        plan.lose_power()?;
+    }
+    Err(refusal())
+}
+
+impl Plan {
+    /// Undoes in the copy what was not flushed.
+    fn lose_power(&self) -> std::io::Result<()> {
+        let in_copy = |path: &Path| self.copy.join(path.strip_prefix(&self.folder).unwrap_or(path));
+        for path in self.unflushed.iter().map(|path| in_copy(path)).filter(|path| path.exists()) {
+            let bytes = std::fs::read(&path)?;
+            std::fs::write(&path, &bytes[..bytes.len() / 2])?;
+        }
+        for (from, to) in self.renamed.iter().rev() {
+            if in_copy(to).exists() {
+                std::fs::rename(in_copy(to), in_copy(from))?;
+            }
+        }
+        self.removed.iter().try_for_each(|(path, bytes)| std::fs::write(in_copy(path), bytes))
+    }
+}
+
+/// Copies a folder as the kernel has it now; the shared memory of SQLite dies with its process.
+fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(to)?;
+    for entry in std::fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy_folder(&entry.path(), &target)?;
+        } else if entry.path().extension().is_none_or(|extension| extension != "db-shm") {
+            std::fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,276 @@
+//! Every operation of the commit protocol goes wrong once, in every way, and nothing is lost or done twice.
+//!
+//! An undisturbed run counts the operations. Then, for each of them: it fails; or it is the last before the process dies; or
+//! the machine loses its power after it. What is left is checked, opened and run on, and must equal the undisturbed store.
+
+use super::disk::faults::{Fault, arm, disarm};
+use super::*;
+use crate::campaign::Campaign;
+use crate::job::{Job, JobId};
+use crate::scene::library::ArrayLibrary;
+use crate::simulate::{Context, simulate};
+use crate::trajectory::{Failure, Trajectory};
+use crate::vector::best_level;
+use std::sync::atomic::AtomicBool;
+
+const CAMPAIGN: &str = r#"
+name = "tiny"
+model = "SP"
+scene = "obstacles"
+w_ob = 0.2
+sigma_ob = 0.3
+density = 0.5
+box_size = 20.0
+runs_per_point = 3
+sample_every = 5.0
+limits = { t_max = 60.0, distance = 1.0 }
+grid = { e_w = [1.0, 30.0] }
+"#;
+
+/// What the jobs of the campaign come to, computed once: simulating twice gives the same bits.
+struct Results {
+    campaign: Campaign,
+    results: Vec<(JobId, Result<Trajectory, Failure>)>,
+}
+
+fn results() -> Results {
+    let campaign = Campaign::parse("tiny.toml", CAMPAIGN).unwrap();
+    let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
+    let block = &campaign.blocks[0];
+    let mut results = Vec::new();
+    for (point, &point_id) in block.points.iter().zip(&block.point_ids) {
+        for seed in block.seeds.clone() {
+            let job = Job { point: point.clone(), point_id, seed };
+            let result = simulate(&job, Context { arrays: &arrays, level: best_level(), stop: &stop });
+            results.push((job.id(), result.map(|trajectory| trajectory.expect("nobody stopped it"))));
+        }
+    }
+    // One fails.
+    let shape = results[4].1.as_ref().unwrap().shapes.last().cloned().map(Box::new);
+    results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, shape });
+    Results { campaign, results }
+}
+
+impl Results {
+    /// A run: opens, registers, sends what is still to do (at most `most`), closes.
+    fn run(&self, dir: &Path, most: usize) -> Result<(), StoreError> {
+        let mut store = Store::open(dir)?;
+        let block = &self.campaign.blocks[0];
+        let points: Vec<_> = (block.points.iter().zip(&block.point_ids))
+            .map(|(point, &point_id)| PlannedPoint { point, point_id, seeds: block.seeds.clone() })
+            .collect();
+        let record = CampaignRecord { name: &self.campaign.name, text: &self.campaign.text };
+        let campaign = store.register(&record, &points)?.campaign;
+        let who = Provenance { program_version: "", git_commit: "", rustc: "", cpu_features: "", campaign };
+        store.begin_run(&who)?;
+        let pending: HashSet<_> = job_states(dir)?
+            .into_iter()
+            .filter_map(|(id, state)| (state == crate::job::JobState::Pending).then_some(id))
+            .collect();
+        // A commit an outcome, so that what happens does not depend on the clock.
+        let options = WriterOptions {
+            outcomes: 1,
+            age: Duration::from_secs(3600),
+            merge: 3,
+            pauses: vec![Duration::ZERO],
+            ..WriterOptions::default()
+        };
+        let (folder, last) = (store.checkpoints(), self.results.last().expect("there are jobs").0);
+        if pending.contains(&last) {
+            // Twice, for the second takes the place of the first.
+            checkpoint_file::write(&folder, last, b"an early state")?;
+            checkpoint_file::write(&folder, last, b"a later state")?;
+        }
+        let writer = Writer::spawn(store, options)?;
+        for (job, result) in self.results.iter().filter(|(job, _)| pending.contains(job)).take(most) {
+            let _ = writer.sender().send(Message::Started(*job));
+            let finished = Message::Finished { job: *job, result: result.clone(), wall_s: 0.5 };
+            if writer.sender().send(finished).is_err() {
+                break;
+            }
+        }
+        let store = writer.finish()?;
+        if most == usize::MAX {
+            disk::remove(&checkpoint_file::path_of(&folder, last))?;
+        }
+        drop(store);
+        Ok(())
+    }
+
+    /// Two runs, the first of which is stopped half-way.
+    fn two_runs(&self, dir: &Path) -> Result<(), StoreError> {
+        self.run(dir, 3)?;
+        self.run(dir, usize::MAX)
+    }
+}
+
+fn answer(dir: &Path, sql: &str) -> String {
+    let mut text = Vec::new();
+    query(dir, sql, Format::Csv, &mut text).unwrap();
+    String::from_utf8(text).unwrap()
+}
+
+/// All that a store holds of physics.
+fn contents(dir: &Path) -> [String; 4] {
+    [
+        "SELECT job_id, e_w, seed, state, outcome, r_end, t_end, v_g_mean, ek_ratio_end, overlap_max, steps, error
+         FROM runs ORDER BY job_id",
+        "SELECT * FROM clog_events ORDER BY job_id",
+        "SELECT job_id, t, hex(vertices), loads FROM shapes ORDER BY job_id, t",
+        "SELECT * FROM samples ORDER BY job_id, t",
+    ]
+    .map(|sql| answer(dir, sql))
+}
+
+/// Jobs that have ended, and when: an outcome that is written again has another time.
+fn ended(dir: &Path) -> Vec<String> {
+    let sql = "SELECT job_id, finished FROM outcomes JOIN jobs ON jobs.key = outcomes.job ORDER BY finished, job_id";
+    match open_reading(dir) {
+        Ok(Some(_)) => answer(dir, sql).lines().skip(1).map(str::to_owned).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Lets every operation of `act` go wrong in every way; `judge` gets what was left. Returns the number of operations.
+fn at_every_operation(
+    prepare: impl Fn(&Path),
+    act: impl Fn(&Path) -> Result<(), StoreError>,
+    judge: impl Fn(&Path, Fault, &str),
+) -> usize {
+    let run = |at: usize, fault: Fault| {
+        // In memory where that is possible: flushes are what costs.
+        let folder = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap();
+        let (store, copy) = (folder.path().join("store"), folder.path().join("copy"));
+        std::fs::create_dir(&store).unwrap();
+        prepare(&store);
+        arm(&store, at, fault, &copy);
+        let acted = act(&store);
+        let (seen, dead) = disarm(&store);
+        if at == 0 {
+            acted.unwrap();
+            return seen;
+        }
+        let place = format!("{fault:?} at operation {at}, {}", seen[at - 1]);
+        assert_eq!(dead, fault != Fault::Error, "{place}");
+        judge(if dead { &copy } else { &store }, fault, &place);
+        seen
+    };
+    let all = run(0, Fault::Error);
+    for fault in [Fault::Error, Fault::Death, Fault::PowerLoss] {
+        (1..=all.len()).for_each(|at| drop(run(at, fault)));
+    }
+    all.len()
+}
+
+/// What a crash may leave: files that no row names, and nothing else.
+fn only_leftovers(dir: &Path, place: &str) {
+    match check(dir) {
+        Ok(report) => {
+            let wrong: Vec<_> =
+                report.findings.iter().filter(|found| !found.problem.contains("a crash left it")).collect();
+            assert!(wrong.is_empty(), "{place}: {wrong:?}");
+        }
+        Err(StoreError::Missing(_)) => {}
+        Err(error) => panic!("{place}: {error}"),
+    }
+}
+
+#[test]
+fn a_run_survives_a_fault_at_every_operation() {
+    let results = results();
+    let whole = tempfile::tempdir().unwrap();
+    results.two_runs(whole.path()).unwrap();
+    let expected = contents(whole.path());
+    assert!(expected[0].contains("failed") && expected[0].contains("distance"));
+    let most = std::sync::Mutex::new((None, 0));
+    let points = at_every_operation(
+        |_| {},
+        |dir| results.two_runs(dir),
+        |dir, fault, place| {
+            only_leftovers(dir, place);
+            let before = ended(dir);
+            if fault != Fault::Error {
+                // What was committed before an operation is still there at the next.
+                let mut most = most.lock().unwrap();
+                let least = if most.0 == Some(fault) { most.1 } else { 0 };
+                assert!(before.len() >= least, "{place}: an outcome was lost");
+                *most = (Some(fault), before.len());
+            }
+            results.run(dir, usize::MAX).unwrap();
+            assert_eq!(check(dir).unwrap().findings, [], "{place}");
+            assert!(contents(dir) == expected, "{place}: the results differ");
+            let after = ended(dir);
+            assert!(before.iter().all(|row| after.contains(row)), "{place}: an outcome was computed twice");
+            let files = std::fs::read_dir(samples_dir(dir)).unwrap().count();
+            assert_eq!(answer(dir, "SELECT count(*) FROM sample_files"), format!("count(*)\n{files}\n"), "{place}");
+        },
+    );
+    println!("{points} operations of a run, each wrong in 3 ways");
+    assert!(points > 60, "{points}");
+}
+
+#[test]
+fn a_repair_survives_a_fault_at_every_operation() {
+    let results = results();
+    let whole = tempfile::tempdir().unwrap();
+    results.two_runs(whole.path()).unwrap();
+    let expected = contents(whole.path());
+    // Three kinds of damage at once: the header, a sample file, and rows.
+    let broken = |dir: &Path| {
+        results.two_runs(dir).unwrap();
+        let conn = Connection::open(database(dir)).unwrap();
+        conn.execute_batch(
+            "DELETE FROM outcomes WHERE job = (SELECT max(job) FROM outcomes WHERE outcome IS NOT NULL)",
+        )
+        .unwrap();
+        let path: String = conn.query_row("SELECT path FROM sample_files", [], |row| row.get(0)).unwrap();
+        drop(conn);
+        std::fs::remove_file(seal::path(dir)).unwrap();
+        for (path, place) in [(dir.join(path), 99), (database(dir), 20)] {
+            let mut bytes = std::fs::read(&path).unwrap();
+            bytes[place] ^= 4;
+            std::fs::write(&path, bytes).unwrap();
+        }
+    };
+    let points = at_every_operation(
+        broken,
+        |dir| repair(dir).map(drop),
+        |dir, _, place| {
+            repair(dir).unwrap_or_else(|error| panic!("{place}: {error}"));
+            assert_eq!(check(dir).unwrap().findings, [], "{place}");
+            results.run(dir, usize::MAX).unwrap();
+            assert!(contents(dir) == expected, "{place}: the results differ");
+            assert_eq!(check(dir).unwrap().findings, [], "{place}");
+        },
+    );
+    println!("{points} operations of a repair, each wrong in 3 ways");
+    assert!(points > 15, "{points}");
+}
+
+#[test]
+fn an_upgrade_survives_a_fault_at_every_operation() {
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/store/fixtures/schema-1/store");
+    let old = |dir: &Path| {
+        std::fs::create_dir(samples_dir(dir)).unwrap();
+        std::fs::copy(database(&fixture), database(dir)).unwrap();
+        for file in std::fs::read_dir(samples_dir(&fixture)).unwrap() {
+            let file = file.unwrap();
+            std::fs::copy(file.path(), samples_dir(dir).join(file.file_name())).unwrap();
+        }
+    };
+    let open = |dir: &Path| Store::open(dir).map(drop);
+    let runs = "SELECT * FROM all_runs ORDER BY job_id";
+    let whole = tempfile::tempdir().unwrap();
+    old(whole.path());
+    open(whole.path()).unwrap();
+    let points = at_every_operation(old, open, |dir, _, place| {
+        only_leftovers(dir, place);
+        open(dir).unwrap();
+        assert_eq!(answer(dir, runs), answer(whole.path(), runs), "{place}");
+        let backup = Connection::open(dir.join("store.db.schema-1")).unwrap();
+        let schema: i64 = backup.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap();
+        assert_eq!(schema, 1, "{place}: the backup is of the old schema");
+    });
+    println!("{points} operations of an upgrade, each wrong in 3 ways");
+    assert!(points > 8, "{points}");
+}
