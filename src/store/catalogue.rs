@@ -9,7 +9,7 @@ use arrow::array::{RecordBatch, RecordBatchReader};
 use arrow::compute::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use rusqlite::{Connection, OptionalExtension};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -31,6 +31,8 @@ pub(super) struct Catalogue {
 struct State {
     conn: Connection,
     footers: HashMap<String, OpenFile>,
+    /// Files whose bytes were found to be what was written.
+    verified: HashSet<String>,
     last: Option<Block>,
 }
 
@@ -67,7 +69,7 @@ impl Catalogue {
         // One look at the catalogue for all lookups. It is taken at the first of them, so after the statement that asks
         // has taken its own: every run that it sees has its samples here.
         conn.execute_batch("BEGIN").map_err(StoreError::sql(&database(dir)))?;
-        let state = State { conn, footers: HashMap::new(), last: None };
+        let state = State { conn, footers: HashMap::new(), verified: HashSet::new(), last: None };
         Ok(Self { dir: dir.to_owned(), state: Mutex::new(state), _announced: announced })
     }
 
@@ -129,12 +131,34 @@ impl State {
         place.optional()
     }
 
+    /// Compares the bytes of a file with its checksum, before the first row of it is read: no number of a damaged file
+    /// gets out, and the Parquet library, which can panic, sees none.
+    fn verify(&self, dir: &Path, path: &str) -> Result<(), StoreError> {
+        let find = || {
+            let mut statement = self.conn.prepare_cached("SELECT checksum FROM sample_files WHERE path = ?1")?;
+            statement.query_row([path], |row| row.get::<_, String>(0))
+        };
+        let checksum = find().map_err(StoreError::sql(&database(dir)))?;
+        let path = dir.join(path);
+        let mut hasher = blake3::Hasher::new();
+        let file = File::open(&path).map_err(StoreError::io(&path))?;
+        hasher.update_reader(file).map_err(StoreError::io(&path))?;
+        if hasher.finalize().to_hex().as_str() == checksum {
+            return Ok(());
+        }
+        Err(StoreError::Damaged { path, problem: "its bytes do not have the checksum in the catalogue".to_owned() })
+    }
+
     fn footer(&mut self, dir: &Path, path: &str) -> Result<OpenFile, StoreError> {
         if let Some(file) = self.footers.get(path) {
             return Ok(file.clone());
         }
         if self.footers.len() >= FOOTERS {
             self.footers.clear();
+        }
+        if !self.verified.contains(path) {
+            self.verify(dir, path)?;
+            self.verified.insert(path.to_owned());
         }
         let file = OpenFile::open(dir.join(path))?;
         self.footers.insert(path.to_owned(), file.clone());

@@ -120,8 +120,11 @@ pub fn repair(dir: &Path) -> Result<CheckReport, StoreError> {
 
 /// Refuses a folder that no store ever was in.
 fn is_store(dir: &Path) -> Result<(), StoreError> {
-    let ours = [database_of(dir), super::seal::path(dir), super::samples_dir(dir)];
-    if ours.iter().any(|path| path.exists()) { Ok(()) } else { Err(StoreError::Missing(dir.to_owned())) }
+    let was = database_of(dir).exists() || super::seal::path(dir).exists();
+    if was || !files::listed(&super::samples_dir(dir))?.is_empty() {
+        return Ok(());
+    }
+    Err(StoreError::Missing(dir.to_owned()))
 }
 
 /// Keeps writers away while a check looks; `None`, with a note, where it cannot.

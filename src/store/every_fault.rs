@@ -104,6 +104,11 @@ impl Results {
     }
 }
 
+/// A folder, in memory where that is possible: flushes are what costs.
+fn scratch() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
+}
+
 fn answer(dir: &Path, sql: &str) -> String {
     let mut text = Vec::new();
     query(dir, sql, Format::Csv, &mut text).unwrap();
@@ -138,8 +143,7 @@ fn at_every_operation(
     judge: impl Fn(&Path, Fault, &str),
 ) -> usize {
     let run = |at: usize, fault: Fault| {
-        // In memory where that is possible: flushes are what costs.
-        let folder = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap();
+        let folder = scratch();
         let (store, copy) = (folder.path().join("store"), folder.path().join("copy"));
         std::fs::create_dir(&store).unwrap();
         prepare(&store);
@@ -178,7 +182,7 @@ fn only_leftovers(dir: &Path, place: &str) {
 #[test]
 fn a_run_survives_a_fault_at_every_operation() {
     let results = results();
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     results.two_runs(whole.path()).unwrap();
     let expected = contents(whole.path());
     assert!(expected[0].contains("failed") && expected[0].contains("distance"));
@@ -212,7 +216,7 @@ fn a_run_survives_a_fault_at_every_operation() {
 #[test]
 fn a_repair_survives_a_fault_at_every_operation() {
     let results = results();
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     results.two_runs(whole.path()).unwrap();
     let expected = contents(whole.path());
     // Three kinds of damage at once: the header, a sample file, and rows.
@@ -260,7 +264,7 @@ fn an_upgrade_survives_a_fault_at_every_operation() {
     };
     let open = |dir: &Path| Store::open(dir).map(drop);
     let runs = "SELECT * FROM all_runs ORDER BY job_id";
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     old(whole.path());
     open(whole.path()).unwrap();
     let points = at_every_operation(old, open, |dir, _, place| {

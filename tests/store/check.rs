@@ -3,7 +3,7 @@
 
 use super::make::*;
 use meniscus::job::JobId;
-use meniscus::store::{CheckReport, Store, StoreError, Writer, check, checkpoint_file, repair};
+use meniscus::store::{CheckReport, Format, Store, StoreError, Writer, check, checkpoint_file, query, repair};
 use rusqlite::Connection;
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ fn contents(dir: &Path) -> Vec<Vec<u8>> {
 
 #[test]
 fn a_sound_store_is_clean_open_or_closed_and_a_check_changes_nothing() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = scratch();
     sound(dir.path());
     let before = contents(&dir.path().join("samples"));
     let report = check(dir.path()).unwrap();
@@ -100,11 +100,11 @@ fn a_sound_store_is_clean_open_or_closed_and_a_check_changes_nothing() {
 
 #[test]
 fn every_flipped_byte_of_the_database_header_is_found_and_put_right_without_loss() {
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     sound(whole.path());
     let expected = results(whole.path());
     for place in 0..100 {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         copy(whole.path(), dir.path());
         flip(&dir.path().join("store.db"), place);
         assert!(matches!(Store::open(dir.path()), Err(StoreError::Damaged { .. })), "byte {place}");
@@ -119,13 +119,13 @@ fn every_flipped_byte_of_the_database_header_is_found_and_put_right_without_loss
 
 #[test]
 fn a_header_byte_flipped_after_a_kill_is_found_where_it_matters_and_the_results_come_back() {
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     sound(whole.path());
     let expected = results(whole.path());
     // A killed process leaves no seal. The schema cookie and the writer's version are of no consequence.
     std::fs::remove_file(whole.path().join("store.db.seal")).unwrap();
     for place in (0..100).filter(|place| !(40..44).contains(place) && !(96..100).contains(place)) {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         copy(whole.path(), dir.path());
         flip(&dir.path().join("store.db"), place);
         match check(dir.path()) {
@@ -144,13 +144,13 @@ fn a_header_byte_flipped_after_a_kill_is_found_where_it_matters_and_the_results_
 
 #[test]
 fn a_flipped_byte_anywhere_in_the_database_is_found_and_the_results_come_back() {
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     sound(whole.path());
     let expected = results(whole.path());
     let bytes = std::fs::metadata(whole.path().join("store.db")).unwrap().len() as usize;
     // A byte in every page, at another place of each.
     for (page, start) in (0..bytes).step_by(4096).enumerate() {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         copy(whole.path(), dir.path());
         flip(&dir.path().join("store.db"), start + page * 997 % 4096);
         let found = check(dir.path()).unwrap();
@@ -164,15 +164,17 @@ fn a_flipped_byte_anywhere_in_the_database_is_found_and_the_results_come_back() 
 
 #[test]
 fn a_flipped_byte_in_a_sample_file_costs_its_jobs_alone() {
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     sound(whole.path());
     let expected = results(whole.path());
     let length = std::fs::metadata(sample_file(whole.path())).unwrap().len() as usize;
     for place in (0..length).step_by(length / 16) {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         copy(whole.path(), dir.path());
         let path = sample_file(dir.path());
         flip(&path, place);
+        let refusal = query(dir.path(), "SELECT * FROM samples", Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+        assert!(refusal.contains("checksum") && refusal.contains("meniscus check DIR"), "{refusal}");
         let report = check(dir.path()).unwrap();
         assert_eq!(files(&report), [path.strip_prefix(dir.path()).unwrap().display().to_string()]);
         assert!(report.findings[0].problem.contains("checksum") && report.findings[0].cure.contains("run"));
@@ -187,7 +189,7 @@ fn a_flipped_byte_in_a_sample_file_costs_its_jobs_alone() {
 
 #[test]
 fn a_flipped_byte_in_a_checkpoint_is_found_and_the_file_put_aside() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = scratch();
     sound(dir.path());
     let (soft, ring) = (soft(1.0), ring(0.3));
     register(&mut Store::open(dir.path()).unwrap(), &[soft.clone(), ring.clone()], 8);
@@ -221,7 +223,7 @@ fn spoil(dir: &Path, sql: &str) {
 
 #[test]
 fn rows_that_contradict_each_other_are_found_kept_and_computed_again() {
-    let whole = tempfile::tempdir().unwrap();
+    let whole = scratch();
     sound(whole.path());
     let expected = results(whole.path());
     for sql in [
@@ -249,7 +251,7 @@ fn rows_that_contradict_each_other_are_found_kept_and_computed_again() {
         "DROP VIEW runs",
         "DELETE FROM campaigns",
     ] {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         copy(whole.path(), dir.path());
         spoil(dir.path(), sql);
         let report = check(dir.path()).unwrap();
@@ -265,7 +267,7 @@ fn rows_that_contradict_each_other_are_found_kept_and_computed_again() {
 
 #[test]
 fn a_job_that_a_repair_gives_back_leaves_no_samples_behind_in_a_file_of_others() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = scratch();
     sound(dir.path());
     spoil(dir.path(), "DELETE FROM outcomes WHERE job = 2");
     repair(dir.path()).unwrap();
@@ -275,7 +277,7 @@ fn a_job_that_a_repair_gives_back_leaves_no_samples_behind_in_a_file_of_others()
 
 #[test]
 fn what_a_crash_left_is_found_and_a_lost_database_costs_no_file() {
-    let dir = tempfile::tempdir().unwrap();
+    let dir = scratch();
     sound(dir.path());
     let expected = results(dir.path());
     std::fs::copy(sample_file(dir.path()), dir.path().join("samples/0123456789abcdef0123.parquet")).unwrap();
@@ -295,7 +297,7 @@ fn what_a_crash_left_is_found_and_a_lost_database_costs_no_file() {
 #[test]
 fn a_database_that_is_rubbish_is_put_aside_and_the_campaign_begins_anew() {
     for rubbish in [Vec::new(), b"no database".to_vec(), vec![0; 8192], vec![0xA5; 20_000]] {
-        let dir = tempfile::tempdir().unwrap();
+        let dir = scratch();
         sound(dir.path());
         let expected = results(dir.path());
         std::fs::write(dir.path().join("store.db"), &rubbish).unwrap();

@@ -43,7 +43,10 @@ struct Interrupted<F: FnMut()> {
 
 impl<F: FnMut()> Write for Interrupted<F> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        if let Some(mut meanwhile) = self.meanwhile.take() {
+        // Not at the line of names, which comes before the query has looked at anything.
+        if self.seen.len() + bytes.len() > 1000
+            && let Some(mut meanwhile) = self.meanwhile.take()
+        {
             meanwhile();
         }
         self.seen.write(bytes)

@@ -101,6 +101,11 @@ pub fn failed(point: &Point, seed: u64, class: FailureClass) -> Message {
     Message::Finished { job: JobId::new(point.id(), seed), result: Err(failure(class)), wall_s: 0.5 }
 }
 
+/// A folder, in memory where that is possible: flushes are what tests of many stores wait for.
+pub fn scratch() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
+}
+
 /// Registers `seeds` runs of each point under the campaign `test`; returns how many were new.
 pub fn register(store: &mut Store, points: &[Point], seeds: u64) -> usize {
     let plan: Vec<_> =

@@ -171,12 +171,14 @@ fn copy_table(
     let last = format!("SELECT rowid FROM {table} NOT INDEXED ORDER BY rowid DESC LIMIT 1");
     let last: Option<i64> = source.query_row(&last, [], |row| row.get(0)).optional().unwrap_or(Some(i64::MAX));
     let Some(last) = last else { return Ok(()) };
+    // A tree of which neither end can be read has lost its root.
+    let mut patience = if last == i64::MAX { 100 } else { PATIENCE };
     let (mut next, mut misses) = (1, 0);
     // Of a job's shapes some may be lost and some not: those on either side of a gap are not believed.
     let job = (table == "shape_rows").then(|| columns.iter().position(|column| column == "job")).flatten();
     let mut forget = target.prepare("DELETE FROM outcomes WHERE job = ?1")?;
     let (mut before, mut after_gap) = (None, false);
-    'walk: while next <= last && misses < PATIENCE {
+    'walk: while next <= last && misses < patience {
         let Ok(mut statement) = source.prepare_cached(&walk) else { return Ok(()) };
         let Ok(mut rows) = statement.query([next]) else { return Ok(()) };
         loop {
@@ -203,7 +205,7 @@ fn copy_table(
                 [&before, &owner].into_iter().flatten().try_for_each(|job| forget.execute([job]).map(drop))?;
             }
             before = owner;
-            (next, misses) = (key.saturating_add(1), 0);
+            (next, misses, patience) = (key.saturating_add(1), 0, PATIENCE);
         }
         rescued.unreadable += u64::from(misses == 0);
         after_gap = true;
