@@ -3,9 +3,9 @@
 use super::keys::{Id, Value};
 use crate::job::{
     Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, LoneDisc,
-    Model, ObstacleField, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
+    Model, ObstacleField, PAPER_KAPPA, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
 };
-use crate::stability::StabilityLimit;
+use crate::stability::{StabilityLimit, vertices_pile_up};
 use crate::stepping;
 
 /// A value for every key that means something; made whole before a point is taken from it.
@@ -73,9 +73,9 @@ impl Draft {
         if self.word(Id::Model) == "SP" {
             return Model::Soft(Soft { e_w: self.number(Id::EW) });
         }
-        Model::Deformable(Deformable {
+        let mut ring = Deformable {
             gamma: self.number(Id::Gamma),
-            kappa: self.number(Id::Kappa),
+            kappa: self.maybe(Id::Kappa).unwrap_or(PAPER_KAPPA),
             k_a: self.number(Id::KA),
             n_vertices: self.number(Id::NVertices) as usize,
             e_w: self.maybe(Id::EW).unwrap_or(if self.word(Id::Scene) == "channel" { 1e6 } else { 1e4 }),
@@ -86,7 +86,13 @@ impl Draft {
             gravity: GravityForm::from_name(self.word(Id::Gravity)).unwrap_or_default(),
             self_contact: SelfContact::from_name(self.word(Id::SelfContact)).unwrap_or_default(),
             engulfed: Engulfed::from_name(self.word(Id::Engulfed)).unwrap_or_default(),
-        })
+        };
+        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for good.
+        let hangs = matches!(self.word(Id::Scene), "obstacles" | "disc");
+        if self.maybe(Id::Kappa).is_none() && hangs && vertices_pile_up(&ring) {
+            ring.kappa = ring.linear_kappa();
+        }
+        Model::Deformable(ring)
     }
 
     fn scene(&self) -> Scene {

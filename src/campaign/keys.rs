@@ -170,7 +170,7 @@ pub const KEYS: &[Key] = &[
     key(Id::B0, "b0", Parameter, Number(between(0.0, 10.0)), Always, is(0.0), "near-wall drag over b_inf"),
     key(Id::Alpha, "alpha", Parameter, Number(between(0.1, 10.0)), Always, is(4.0 / 3.0), "exponent of the near-wall drag"),
     key(Id::Gamma, "gamma", Parameter, Number(between(1e-3, 100.0)), DP, Required, "line tension"),
-    key(Id::Kappa, "kappa", Parameter, Number(between(0.0, 10.0)), DP, is(1e-3), "perimeter stiffness over line tension"),
+    key(Id::Kappa, "kappa", Parameter, NumberOr(between(0.0, 10.0), "auto"), DP, Is(Word("auto")), "perimeter stiffness over line tension, by itself 1e-3, and 1/(N_v l0) among obstacles where the tension cannot hold up the vertices"),
     key(Id::KA, "k_a", Parameter, Number(POSITIVE.up_to(1e8)), DP, is(1e4), "area stiffness"),
     key(Id::NVertices, "n_vertices", Parameter, Whole(between(8.0, 4096.0)), DP, is(256.0), "vertices of the ring"),
     key(Id::EW, "e_w", Parameter, NumberOr(POSITIVE.up_to(1e8), "auto"), DP, Is(Word("auto")), "wall stiffness of the whole ring, by itself 1e6 in channels and 1e4 elsewhere"),

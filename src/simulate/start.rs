@@ -54,7 +54,7 @@ pub(super) fn start(job: &Job, arrays: &ArrayLibrary, level: Level) -> Result<Bo
 
 /// Whether tension and perimeter add up to the linear spring, `kappa = 1/(N_v l0)`.
 pub fn is_linear(ring: &Deformable) -> bool {
-    (ring.kappa * ring.n_vertices as f64 * regular_edge(ring.n_vertices) - 1.0).abs() < 1e-9
+    (ring.kappa / ring.linear_kappa() - 1.0).abs() < 1e-9
 }
 
 /// A grid point and where it starts.
