@@ -4,5 +4,6 @@ pub mod cyclic;
 pub mod guard;
 pub mod implicit;
 pub mod relax;
+mod ring_passes;
 pub mod step_control;
 pub mod verlet;

@@ -14,8 +14,8 @@
 //! ```
 //!
 //! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is only made to be observed.
-//! A step is two passes over the ring: edges and area, then forces, kick and drift. Contact and the like stand between
-//! them, and only while they can act.
+//! A step is one pass over the ring ([`super::ring_passes`]): forces, kick and drift, and the edges and the area where that leads. Contact and
+//! the like stand before it, and only while they can act.
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
@@ -23,10 +23,11 @@ use crate::effects::area::Area;
 use crate::effects::contact::{Load, WallContact};
 use crate::effects::gravity::Gravity;
 use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::integrator::ring_passes::{Push, edge_pass, step_pass};
 use crate::on_level;
 use crate::shape::{LoadRecord, ShapeRecord};
-use crate::vector::{LANES, inverse_sqrt, load, max_lanes, store, sum_lanes};
-use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use crate::vector::{LANES, store};
+use fearless_simd::{Fallback, Level, prelude::*};
 use std::f64::consts::PI;
 
 /// The effects on a ring; those inside its vertex loops are types.
@@ -168,19 +169,21 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        let (level, dt) = (self.level, self.dt);
+        on_level!(self.level, simd => self.advance_with(simd, steps));
+    }
+
+    #[inline(always)]
+    fn advance_with<S: Simd>(&mut self, simd: S, steps: u64) {
+        let mut area = edge_pass(simd, &mut self.ring, self.effects.edge, self.effects.eps_squared);
         for _ in 0..steps {
             let (ring, effects) = (&mut self.ring, &self.effects);
-            let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
-            let pushed = add_forces(ring, effects);
-            let kick = Kick::of(effects, area, dt);
-            let fastest_squared = if pushed {
-                on_level!(level, simd => kick.kick_and_drift::<_, true>(simd, ring))
+            let fastest_squared;
+            (area, fastest_squared) = if add_forces(ring, effects) {
+                step_pass::<S, E, D, true>(simd, ring, effects, area, self.dt)
             } else {
-                on_level!(level, simd => kick.kick_and_drift::<_, false>(simd, ring))
+                step_pass::<S, E, D, false>(simd, ring, effects, area, self.dt)
             };
-            ring.close();
-            self.moved(dt * fastest_squared.sqrt());
+            self.moved(self.dt * fastest_squared.sqrt());
         }
     }
 
@@ -215,18 +218,21 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
-        // Seldom needed, and the same bits on every instruction set: the plain one keeps the program small.
-        let simd = Fallback::new();
+        on_level!(self.level, simd => self.forces_with(simd))
+    }
+
+    #[inline(always)]
+    fn forces_with<S: Simd>(&mut self, simd: S) -> (Vec<f64>, Vec<f64>) {
         let (ring, effects) = (&mut self.ring, &self.effects);
         let area = edge_pass(simd, ring, effects.edge, effects.eps_squared);
         if !add_forces(ring, effects) {
             ring.force_x.fill(0.0);
             ring.force_y.fill(0.0);
         }
-        let kick = Kick::of(effects, area, self.dt);
+        let push = Push::of(effects, 0.5 * effects.area.pressure(area));
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
         for i in (0..ring.ux.len()).step_by(LANES) {
-            let (x, y) = kick.net_force::<_, true>(simd, ring, i);
+            let (x, y) = push.on::<S, E, true>(simd, ring, i);
             store(x, &mut fx, i);
             store(y, &mut fy, i);
         }
@@ -288,114 +294,4 @@ pub(super) fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> 
     ring.force_x[0] += ring.force_x[n];
     ring.force_y[0] += ring.force_y[n];
     true
-}
-
-/// Edge vectors and their tension coefficients; returns the area.
-#[inline(always)]
-pub(super) fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squared: f64) -> f64 {
-    let (n, long) = (ring.n, ring.ux.len());
-    // Slices of one known length let the compiler drop the bounds checks.
-    let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
-    let edge_x = &mut ring.edge_x[..long + LANES];
-    let edge_y = &mut ring.edge_y[..long + LANES];
-    let coefficient = &mut ring.coefficient[..long + LANES];
-    let mut cross = f64x8::splat(simd, 0.0);
-    let mut i = 0;
-    while i + LANES <= long {
-        let (x0, y0) = (load(simd, x, i), load(simd, y, i));
-        let (ex, ey) = (load(simd, x, i + 1) - x0, load(simd, y, i + 1) - y0);
-        cross += x0 * ey - y0 * ex;
-        store(ex, edge_x, i + LANES);
-        store(ey, edge_y, i + LANES);
-        if E::NEEDS_LENGTH {
-            let inverse_length = inverse_sqrt(simd, ex * ex + ey * ey + eps_squared);
-            store(edge.coefficient(simd, inverse_length), coefficient, i + LANES);
-        }
-        i += LANES;
-    }
-    for edges in [edge_x, edge_y, coefficient] {
-        edges[LANES - 1] = edges[LANES - 1 + n];
-    }
-    0.5 * sum_lanes(cross)
-}
-
-/// Everything the second pass needs.
-pub(super) struct Kick<'a, E, D> {
-    pub(super) half_pressure: f64,
-    pub(super) weight: f64,
-    /// Read only where the tension does not depend on the length.
-    pub(super) stiffness: E,
-    pub(super) drag: &'a D,
-    pub(super) dt: f64,
-}
-
-impl<'a, E: EdgeForce, D: Drag> Kick<'a, E, D> {
-    /// The second pass of a step of `dt`, at this area of the ring.
-    #[inline(always)]
-    pub(super) fn of(effects: &'a RingEffects<E, D>, area: f64, dt: f64) -> Self {
-        Self {
-            half_pressure: 0.5 * effects.area.pressure(area),
-            weight: effects.gravity.force(),
-            stiffness: effects.edge,
-            drag: &effects.drag,
-            dt,
-        }
-    }
-
-    /// Sum of all forces but drag on the vertices `i..i + 8`.
-    #[inline(always)]
-    pub(super) fn net_force<S: Simd, const PUSHED: bool>(
-        &self,
-        simd: S,
-        ring: &Ring,
-        i: usize,
-    ) -> (f64x8<S>, f64x8<S>) {
-        let (ex, ey) = (load(simd, &ring.edge_x, i + LANES), load(simd, &ring.edge_y, i + LANES));
-        let (back_x, back_y) = (load(simd, &ring.edge_x, i + LANES - 1), load(simd, &ring.edge_y, i + LANES - 1));
-        let (pull_x, pull_y) = if E::NEEDS_LENGTH {
-            let ahead = load(simd, &ring.coefficient, i + LANES);
-            let behind = load(simd, &ring.coefficient, i + LANES - 1);
-            (ahead * ex - behind * back_x, ahead * ey - behind * back_y)
-        } else {
-            let stiffness = self.stiffness.coefficient(simd, f64x8::splat(simd, 0.0));
-            (stiffness * (ex - back_x), stiffness * (ey - back_y))
-        };
-        let mut fx = pull_x + (ey + back_y) * self.half_pressure + self.weight;
-        let mut fy = pull_y - (ex + back_x) * self.half_pressure;
-        if PUSHED {
-            fx += load(simd, &ring.force_x, i);
-            fy += load(simd, &ring.force_y, i);
-        }
-        (fx, fy)
-    }
-
-    /// New half-step velocities and positions; returns the largest squared speed.
-    #[inline(always)]
-    fn kick_and_drift<S: Simd, const PUSHED: bool>(&self, simd: S, ring: &mut Ring) -> f64 {
-        let (half_dt, kick) = (0.5 * self.dt, self.dt / ring.vertex_mass());
-        let (mut fastest, mut last) = (f64x8::splat(simd, 0.0), 0.0);
-        let long = ring.ux.len();
-        let mut i = 0;
-        while i + LANES <= long {
-            let (fx, fy) = self.net_force::<S, PUSHED>(simd, ring, i);
-            let damping = self.drag.rate(simd, i) * half_dt;
-            let share = 1.0 / (1.0 + damping);
-            let (keep, push) = ((1.0 - damping) * share, share * kick);
-            let ux = load(simd, &ring.ux, i) * keep + fx * push;
-            let uy = load(simd, &ring.uy, i) * keep + fy * push;
-            store(ux, &mut ring.ux, i);
-            store(uy, &mut ring.uy, i);
-            let speed_squared = ux * ux + uy * uy;
-            if i + LANES <= ring.n {
-                fastest = fastest.max(speed_squared);
-            } else {
-                last = speed_squared.as_slice()[..ring.n - i].iter().fold(0.0, |a: f64, &b| a.max(b));
-            }
-            let (x, y) = (load(simd, &ring.x, i) + ux * self.dt, load(simd, &ring.y, i) + uy * self.dt);
-            store(x, &mut ring.x, i);
-            store(y, &mut ring.y, i);
-            i += LANES;
-        }
-        max_lanes(fastest).max(last)
-    }
 }

@@ -24,7 +24,8 @@ use crate::effects::stiffness::{Parts, Stiffness};
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::cyclic::CyclicSolver;
 use crate::integrator::implicit::field::Field;
-use crate::integrator::verlet::{Kick, RingEffects, add_forces, edge_pass};
+use crate::integrator::ring_passes::{Push, edge_pass};
+use crate::integrator::verlet::{RingEffects, add_forces};
 use crate::on_level;
 use crate::vector::{LANES, inverse_sqrt, load, padded, store};
 use fearless_simd::{Level, f64x8, prelude::*};
@@ -264,15 +265,9 @@ impl Newton {
         ring: &Ring,
         effects: &RingEffects<E, D>,
     ) {
-        let forces = Kick {
-            half_pressure: self.half_pressure,
-            weight: effects.gravity.force(),
-            stiffness: effects.edge,
-            drag: &effects.drag,
-            dt: 0.0,
-        };
+        let forces = Push::of(effects, self.half_pressure);
         for i in (0..self.weight.len()).step_by(LANES) {
-            let (fx, fy) = forces.net_force::<S, PUSHED>(simd, ring, i);
+            let (fx, fy) = forces.on::<S, E, PUSHED>(simd, ring, i);
             let weight = load(simd, &self.weight, i);
             let off_x = load(simd, &self.displacement.x, i) - load(simd, &self.free.x, i);
             let off_y = load(simd, &self.displacement.y, i) - load(simd, &self.free.y, i);
@@ -313,13 +308,14 @@ impl Newton {
         parts: Parts,
     ) {
         let (n, long, zero) = (ring.n, padded(ring.n), f64x8::splat(simd, 0.0));
+        let law = effects.edge.law();
         let [along_xx, along_xy, along_yy] = &mut self.edge_stiffness;
         for i in (LANES..long + LANES).step_by(LANES) {
             let (ex, ey) = (load(simd, &ring.edge_x, i), load(simd, &ring.edge_y, i));
             let inverse_length =
                 if E::NEEDS_LENGTH { inverse_sqrt(simd, ex * ex + ey * ey + effects.eps_squared) } else { zero };
-            let mut across = effects.edge.coefficient(simd, inverse_length);
-            let mut slope = effects.edge.slope(simd, inverse_length);
+            let mut across = law.coefficient(simd, inverse_length);
+            let mut slope = law.slope(simd, inverse_length);
             if parts == Parts::Positive {
                 slope = across.simd_lt(zero).select(slope.max(zero), slope);
                 across = across.max(zero);
