@@ -1,8 +1,8 @@
 //! The forces on a droplet, one file each.
 //!
-//! An effect is a small `Copy` type that knows its formula. The kernel of a job is compiled for the types of its
-//! effects, so one that a scene does not call for is not in the loop: `kappa = 0` leaves [`tension::Tension`] alone,
-//! `kappa = 1/(N_v l0)` becomes [`tension::LinearTension`] without root or division.
+//! An effect is a small type that knows its formula. One that a scene does not call for is not in the loop: the kernels
+//! ([`crate::integrator::ring_passes`]) are compiled with and without edge lengths, pushes of walls and drag of its own for each vertex, and
+//! the one that fits is taken. `kappa = 0` leaves [`tension::Tension`] alone, `kappa = 1/(N_v l0)` becomes [`tension::LinearTension`] without root or division.
 //!
 //! # Writing your own
 //! A force along the edges of the ring implements [`EdgeForce`]: its tension, and its energy.
@@ -21,16 +21,13 @@ pub mod stiffness;
 pub mod tension;
 
 use crate::droplet::deformable::Ring;
-use crate::vector::fma;
+use crate::vector::{fma, load};
 use fearless_simd::{f64x8, prelude::*};
 use stiffness::{Parts, Stiffness};
 
 /// A tension along each edge, a function of the smoothed edge length `l_eps = sqrt(l^2 + eps^2)`:
 /// `T = constant + per_length l_eps`.
 pub trait EdgeForce: Copy + Send + Sync + 'static {
-    /// Whether the tension has a constant part; a spring of zero rest length has none, and needs no edge lengths.
-    const NEEDS_LENGTH: bool;
-
     /// The two numbers of the tension.
     fn law(self) -> TensionLaw;
 
@@ -48,6 +45,11 @@ pub struct TensionLaw {
 }
 
 impl TensionLaw {
+    /// Whether there is a constant part; a spring of zero rest length has none, and needs no edge lengths.
+    pub fn needs_length(self) -> bool {
+        self.constant != 0.0
+    }
+
     /// `T/l_eps` from `1/l_eps`, eight edges at a time: the edge pulls its first vertex with `T/l_eps` times the edge
     /// vector, and its second with the opposite.
     #[inline(always)]
@@ -65,8 +67,6 @@ impl TensionLaw {
 
 /// No force along the edges.
 impl EdgeForce for () {
-    const NEEDS_LENGTH: bool = false;
-
     fn law(self) -> TensionLaw {
         TensionLaw::default()
     }
@@ -77,8 +77,6 @@ impl EdgeForce for () {
 }
 
 impl<A: EdgeForce, B: EdgeForce> EdgeForce for (A, B) {
-    const NEEDS_LENGTH: bool = A::NEEDS_LENGTH || B::NEEDS_LENGTH;
-
     fn law(self) -> TensionLaw {
         let (a, b) = (self.0.law(), self.1.law());
         TensionLaw { constant: a.constant + b.constant, per_length: a.per_length + b.per_length }
@@ -127,6 +125,34 @@ pub trait Drag: Send + Sync + std::fmt::Debug + 'static {
     /// Brings the damping rates up to date with the ring, whose vertices moved by at most `distance`.
     fn update(&mut self, distance: f64, ring: &Ring);
 
-    /// Damping rates `lambda` of the eight vertices from `at` on, in 1/t0.
-    fn rate<S: Simd>(&self, simd: S, at: usize) -> f64x8<S>;
+    /// Damping rates `lambda` of the vertices, in 1/t0.
+    fn rates(&self) -> Rates<'_>;
+}
+
+/// Damping rates of the vertices of a ring.
+#[derive(Clone, Copy, Debug)]
+pub enum Rates<'a> {
+    /// One for all.
+    Even(f64),
+    /// One for each, padded to whole vectors.
+    Each(&'a [f64]),
+}
+
+impl Rates<'_> {
+    /// Rate of vertex `i`.
+    pub fn at(self, i: usize) -> f64 {
+        match self {
+            Self::Even(rate) => rate,
+            Self::Each(rates) => rates[i],
+        }
+    }
+
+    /// Rates of the eight vertices from `i` on.
+    #[inline(always)]
+    pub fn load<S: Simd>(self, simd: S, i: usize) -> f64x8<S> {
+        match self {
+            Self::Even(rate) => f64x8::splat(simd, rate),
+            Self::Each(rates) => load(simd, rates, i),
+        }
+    }
 }

@@ -14,8 +14,6 @@ pub struct Perimeter {
 }
 
 impl EdgeForce for Perimeter {
-    const NEEDS_LENGTH: bool = true;
-
     fn law(self) -> TensionLaw {
         TensionLaw { constant: -self.stiffness * self.rest, per_length: self.stiffness }
     }

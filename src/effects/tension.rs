@@ -13,8 +13,6 @@ pub struct Tension {
 }
 
 impl EdgeForce for Tension {
-    const NEEDS_LENGTH: bool = true;
-
     fn law(self) -> TensionLaw {
         TensionLaw { constant: self.gamma, per_length: 0.0 }
     }
@@ -36,8 +34,6 @@ pub struct LinearTension {
 }
 
 impl EdgeForce for LinearTension {
-    const NEEDS_LENGTH: bool = false;
-
     fn law(self) -> TensionLaw {
         TensionLaw { constant: 0.0, per_length: self.stiffness }
     }

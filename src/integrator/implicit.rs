@@ -27,7 +27,7 @@ pub mod newton;
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
-use crate::effects::{Drag, EdgeForce};
+use crate::effects::{Drag, EdgeForce, Rates};
 use crate::integrator::step_control::{StepControl, WHOLE};
 use crate::integrator::verlet::RingEffects;
 use crate::on_level;
@@ -184,7 +184,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
         let scheme = Scheme { s: h * (1.0 + ratio) / (1.0 + 2.0 * ratio), keep: ratio * ratio / (1.0 + 2.0 * ratio) };
-        on_level!(self.level, simd => scheme.aim(simd, ring, &self.effects.drag, earlier, newton));
+        on_level!(self.level, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
         let iterations = newton.minimise(ring, &mut self.effects, self.level)?;
         let far = newton.displacement.largest();
         if !(far <= self.largest_move) {
@@ -232,11 +232,11 @@ struct Scheme {
 impl Scheme {
     /// Sets the weights and the free displacements.
     #[inline(always)]
-    fn aim<S: Simd, D: Drag>(self, simd: S, ring: &Ring, drag: &D, earlier: &Earlier, newton: &mut Newton) {
+    fn aim<S: Simd>(self, simd: S, ring: &Ring, drag: Rates<'_>, earlier: &Earlier, newton: &mut Newton) {
         let Self { s, keep } = self;
         let inertia = ring.vertex_mass() / (s * s);
         for i in (0..newton.weight.len()).step_by(LANES) {
-            let damping = f64x8::splat(simd, 1.0) + drag.rate(simd, i) * s;
+            let damping = f64x8::splat(simd, 1.0) + drag.load(simd, i) * s;
             store(damping * inertia, &mut newton.weight, i);
             let share = s / damping;
             let vx = load(simd, &ring.ux, i) + load(simd, &earlier.gained.x, i) * keep;

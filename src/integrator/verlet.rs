@@ -23,11 +23,9 @@ use crate::effects::area::Area;
 use crate::effects::contact::{Load, WallContact};
 use crate::effects::gravity::Gravity;
 use crate::effects::{Drag, EdgeForce, RingForce};
-use crate::integrator::ring_passes::{Push, edge_pass, step_pass};
-use crate::on_level;
+use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass, net_forces, step_pass};
 use crate::shape::{LoadRecord, ShapeRecord};
-use crate::vector::{LANES, store};
-use fearless_simd::{Fallback, Level, prelude::*};
+use fearless_simd::Level;
 use std::f64::consts::PI;
 
 /// The effects on a ring; those inside its vertex loops are types.
@@ -65,6 +63,17 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
             energy += self.gravity.energy(ring.x[i] + ring.origin[0]);
         }
         energy
+    }
+
+    /// The tension along the edges.
+    pub(super) fn edge_law(&self) -> EdgeLaw {
+        EdgeLaw { tension: self.edge.law(), eps_squared: self.eps_squared }
+    }
+
+    /// The forces on a ring of this area; `pushed` if [`add_forces`] set some.
+    pub(super) fn forces(&self, area: f64, pushed: bool) -> RingForces {
+        let half_pressure = 0.5 * self.area.pressure(area);
+        RingForces { law: self.edge_law(), half_pressure, weight: self.gravity.force(), pushed }
     }
 
     /// Tells the effects that an implicit step has ended here.
@@ -169,20 +178,13 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        on_level!(self.level, simd => self.advance_with(simd, steps));
-    }
-
-    #[inline(always)]
-    fn advance_with<S: Simd>(&mut self, simd: S, steps: u64) {
-        let mut area = edge_pass(simd, &mut self.ring, self.effects.edge, self.effects.eps_squared);
+        let mut area = edge_pass(self.level, &mut self.ring, self.effects.edge_law());
         for _ in 0..steps {
-            let (ring, effects) = (&mut self.ring, &self.effects);
+            let pushed = add_forces(&mut self.ring, &self.effects);
+            let forces = self.effects.forces(area, pushed);
             let fastest_squared;
-            (area, fastest_squared) = if add_forces(ring, effects) {
-                step_pass::<S, E, D, true>(simd, ring, effects, area, self.dt)
-            } else {
-                step_pass::<S, E, D, false>(simd, ring, effects, area, self.dt)
-            };
+            (area, fastest_squared) =
+                step_pass(self.level, &mut self.ring, &forces, self.effects.drag.rates(), self.dt);
             self.moved(self.dt * fastest_squared.sqrt());
         }
     }
@@ -190,11 +192,10 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// Goes on with steps of `dt`, from the same velocities.
     pub(super) fn change_step(&mut self, dt: f64) {
         let (fx, fy) = self.forces();
-        let simd = Fallback::new();
         let kick = |dt: f64| 0.5 * dt / self.ring.vertex_mass();
         let (kick_before, kick_after) = (kick(self.dt), kick(dt));
         for i in 0..self.ring.n {
-            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let rate = self.effects.drag.rates().at(i);
             let damping = |dt: f64| 1.0 + 0.5 * dt * rate;
             let (before, after) = (damping(self.dt), damping(dt));
             self.ring.ux[i] = after * ((self.ring.ux[i] + kick_before * fx[i]) / before) - kick_after * fx[i];
@@ -218,34 +219,20 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
-        on_level!(self.level, simd => self.forces_with(simd))
-    }
-
-    #[inline(always)]
-    fn forces_with<S: Simd>(&mut self, simd: S) -> (Vec<f64>, Vec<f64>) {
         let (ring, effects) = (&mut self.ring, &self.effects);
-        let area = edge_pass(simd, ring, effects.edge, effects.eps_squared);
-        if !add_forces(ring, effects) {
-            ring.force_x.fill(0.0);
-            ring.force_y.fill(0.0);
-        }
-        let push = Push::of(effects, 0.5 * effects.area.pressure(area));
+        let area = edge_pass(self.level, ring, effects.edge_law());
+        let pushed = add_forces(ring, effects);
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
-        for i in (0..ring.ux.len()).step_by(LANES) {
-            let (x, y) = push.on::<S, E, true>(simd, ring, i);
-            store(x, &mut fx, i);
-            store(y, &mut fy, i);
-        }
+        net_forces(self.level, ring, &effects.forces(area, pushed), &mut fx, &mut fy);
         (fx, fy)
     }
 
     /// Full-step velocities at the present positions: `v = [u + dt/2 F/m]/(1 + dt lambda/2)`.
     pub fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
-        let simd = Fallback::new();
         let kick = 0.5 * self.dt / self.ring.vertex_mass();
         for i in 0..self.ring.n {
-            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let rate = self.effects.drag.rates().at(i);
             let damping = 1.0 + 0.5 * self.dt * rate;
             vx[i] = (self.ring.ux[i] + kick * vx[i]) / damping;
             vy[i] = (self.ring.uy[i] + kick * vy[i]) / damping;
