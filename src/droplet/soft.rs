@@ -148,8 +148,10 @@ impl<W: Walls> SoftMotion<W> {
             }
             let force = self.force();
             for k in 0..2 {
+                // x + dt u+, with what does not wait for the force made first.
+                let coasting = self.position[k] + self.dt * keep * self.velocity[k];
                 self.velocity[k] = self.velocity[k] * keep + force[k] * push;
-                self.position[k] += self.dt * self.velocity[k];
+                self.position[k] = coasting + self.dt * push * force[k];
             }
             let [vx, vy] = self.velocity;
             self.slack -= self.dt * (vx.abs() + vy.abs());

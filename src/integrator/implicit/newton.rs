@@ -334,15 +334,15 @@ impl Newton {
         let m = &mut self.stiffness;
         for i in (0..long).step_by(LANES) {
             let weight = load(simd, &self.weight, i);
-            let ahead = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES));
-            let behind = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES - 1));
-            store(weight + (ahead[0] + behind[0]), &mut m.own_xx, i);
-            store(ahead[1] + behind[1], &mut m.own_xy, i);
-            store(weight + (ahead[2] + behind[2]), &mut m.own_yy, i);
-            store(-ahead[0], &mut m.next_xx, i);
-            store(-ahead[1] - turn, &mut m.next_xy, i);
-            store(-ahead[1] + turn, &mut m.next_yx, i);
-            store(-ahead[2], &mut m.next_yy, i);
+            let (xx, xy, yy) =
+                (load(simd, along_xx, i + LANES), load(simd, along_xy, i + LANES), load(simd, along_yy, i + LANES));
+            store(weight + (xx + load(simd, along_xx, i + LANES - 1)), &mut m.own_xx, i);
+            store(xy + load(simd, along_xy, i + LANES - 1), &mut m.own_xy, i);
+            store(weight + (yy + load(simd, along_yy, i + LANES - 1)), &mut m.own_yy, i);
+            store(-xx, &mut m.next_xx, i);
+            store(-xy - turn, &mut m.next_xy, i);
+            store(-xy + turn, &mut m.next_yx, i);
+            store(-yy, &mut m.next_yy, i);
         }
         for own in [&mut m.own_xx, &mut m.own_xy, &mut m.own_yy] {
             own[n..].fill(0.0);
