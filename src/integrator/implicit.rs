@@ -153,7 +153,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
     /// Puts the ring back where the refused sub-step began, and halves the next one.
     fn retreat(&mut self, refused: Refused) -> Result<(), Failure> {
         self.work.refused += 1;
-        let back = self.newton.displacement.largest();
+        let back = self.newton.displacement.largest(self.level);
         self.newton.displacement = Field::zero(self.ring.n);
         self.newton.place(&mut self.ring, &mut self.effects, if back.is_finite() { back } else { f64::INFINITY });
         if matches!(refused, Refused::Newton(_)) {
@@ -179,14 +179,14 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             newton.displacement.x[i] = h * (ring.ux[i] + 0.5 * ratio * earlier.gained.x[i]);
             newton.displacement.y[i] = h * (ring.uy[i] + 0.5 * ratio * earlier.gained.y[i]);
         }
-        let far = newton.displacement.largest();
+        let far = newton.displacement.largest(self.level);
         newton.place(ring, &mut self.effects, far);
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
         let scheme = Scheme { s: h * (1.0 + ratio) / (1.0 + 2.0 * ratio), keep: ratio * ratio / (1.0 + 2.0 * ratio) };
         on_level!(self.level, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
         let iterations = newton.minimise(ring, &mut self.effects, self.level)?;
-        let far = newton.displacement.largest();
+        let far = newton.displacement.largest(self.level);
         if !(far <= self.largest_move) {
             return Err(Refused::TooFar(far));
         }

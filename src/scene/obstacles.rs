@@ -176,6 +176,11 @@ impl ObstacleArray {
         self.x.len()
     }
 
+    /// Memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.x) + size_of_val(&*self.y) + size_of_val(&*self.cell_start)
+    }
+
     /// Whether there is no disc at all.
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()

@@ -151,7 +151,7 @@ impl Newton {
             let found = self.direct(ring, effects, level);
             effects.let_go();
             found?;
-            let size = self.correction.largest();
+            let size = self.correction.largest(level);
             if !size.is_finite() {
                 return Err(Refusal::NotFinite);
             }
@@ -161,7 +161,7 @@ impl Newton {
                 self.evaluate(ring, effects, level);
                 continue;
             }
-            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest() {
+            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(level) {
                 self.go(ring, effects, 1.0, size);
                 return Ok(iteration);
             }
@@ -180,7 +180,7 @@ impl Newton {
         for parts in [Parts::All, Parts::Positive] {
             self.assemble(ring, effects, level, parts);
             for (p, r) in [(&mut self.correction.x, &self.residual.x), (&mut self.correction.y, &self.residual.y)] {
-                p.iter_mut().zip(r).for_each(|(p, r)| *p = -r);
+                p.iter_mut().zip(r.iter()).for_each(|(p, r)| *p = -r);
             }
             let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
             let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
