@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, no logic of its own. stdout is data, stderr is talk.
 
+mod accuracy;
 mod calibrate;
 mod fit;
 mod plan;
@@ -52,6 +53,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
     Render(render::Arguments),
+    /// Measure what accuracy costs: errors, orders, and error against time
+    Accuracy(accuracy::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
 }
@@ -66,6 +69,7 @@ impl Cli {
             Command::Query(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
+            Command::Accuracy(arguments) => arguments.run(self.quiet),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
         }
     }

@@ -7,6 +7,7 @@ use crate::job::{
 };
 use crate::stability::{StabilityLimit, vertices_pile_up};
 use crate::stepping;
+use crate::tolerance;
 
 /// A value for every key that means something; made whole before a point is taken from it.
 #[derive(Clone)]
@@ -46,6 +47,11 @@ impl Draft {
         IntegratorChoice::from_name(self.word(Id::Integrator)).unwrap_or_default()
     }
 
+    /// The tolerance that chooses vertices and stepping; `None` where they are given, and of a soft particle.
+    pub(super) fn tolerance(&self) -> Option<f64> {
+        self.maybe(Id::Tolerance)
+    }
+
     /// The grid point, and the stability limit it was held against.
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
         let mut point = Point {
@@ -66,6 +72,13 @@ impl Draft {
         };
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe(Id::Dt), &point, &limit);
+        let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
+        else {
+            return (point, limit);
+        };
+        let mut point = tolerance::with_vertices(&point, choice.setting.n_vertices);
+        point.stepping = choice.stepping;
+        let limit = StabilityLimit::of(&point);
         (point, limit)
     }
 

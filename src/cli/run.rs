@@ -38,7 +38,7 @@ pub struct Arguments {
 
 /// Which failures to try again.
 #[derive(Clone, Copy, Debug)]
-enum RetryClass {
+pub enum RetryClass {
     All,
     Only(FailureClass),
 }
@@ -48,40 +48,12 @@ impl Arguments {
     pub fn run(&self, quiet: bool) -> Outcome {
         let campaign = Campaign::load(&self.campaign)?;
         let dir = store_of(self.store.as_deref(), &campaign.name);
-        let threads = threads(self.threads);
-        if self.retry.is_none() && nothing_to_do(&campaign, &dir)? {
-            return self.finish(&campaign, &dir, quiet, None);
-        }
-        let interrupted = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            // The second signal ends the process at once; only then is the flag set.
-            signal_hook::flag::register_conditional_shutdown(signal, Exit::Interrupted as i32, interrupted.clone())?;
-            signal_hook::flag::register(signal, interrupted.clone())?;
-        }
-        let mut store = Store::open(&dir)?;
-        let level = vector::best_level();
-        if let Some(class) = self.retry {
-            store.retry(match class {
-                RetryClass::All => None,
-                RetryClass::Only(class) => Some(class),
-            })?;
-        }
-        let registered = register(&mut store, &campaign)?;
-        let plan = plan(&campaign, &KnownJobs::new(job_states(&dir)?), &Retry::Nothing, &speed::measure(level));
-        store.begin_run(&Provenance {
-            program_version: env!("CARGO_PKG_VERSION"),
-            git_commit: env!("MENISCUS_COMMIT"),
-            rustc: env!("MENISCUS_RUSTC"),
-            cpu_features: &format!("{level:?}"),
-            campaign: registered,
-        })?;
-        let mut display = Display::new(&plan, &dir, threads, quiet);
-        let options = Options { threads, level, deadline: self.deadline, interrupted: &interrupted };
-        let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
-        display.finish(&report.progress);
-        // The lock goes with the store, before the fits take it again.
-        drop(report.store);
-        self.finish(&campaign, &dir, quiet, report.stopped)
+        let stopped = self.effort().execute(&campaign, &dir, quiet)?;
+        self.finish(&campaign, &dir, quiet, stopped)
+    }
+
+    fn effort(&self) -> Effort {
+        Effort { threads: threads(self.threads), deadline: self.deadline, retry: self.retry }
     }
 
     /// Fits, prints the tables, and says how it ended.
@@ -132,6 +104,56 @@ impl Arguments {
     }
 }
 
+/// How a campaign is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Worker threads.
+    pub threads: usize,
+    /// Time after which to stop.
+    pub deadline: Option<Duration>,
+    /// Failures to try again.
+    pub retry: Option<RetryClass>,
+}
+
+impl Effort {
+    /// Runs what the store in `dir` does not hold yet of a campaign; says why not all was run, if so.
+    pub fn execute(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Result<Option<StopReason>, Box<dyn Error>> {
+        if self.retry.is_none() && nothing_to_do(campaign, dir)? {
+            return Ok(None);
+        }
+        let interrupted = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // The second signal ends the process at once; only then is the flag set.
+            signal_hook::flag::register_conditional_shutdown(signal, Exit::Interrupted as i32, interrupted.clone())?;
+            signal_hook::flag::register(signal, interrupted.clone())?;
+        }
+        let mut store = Store::open(dir)?;
+        let level = vector::best_level();
+        if let Some(class) = self.retry {
+            store.retry(match class {
+                RetryClass::All => None,
+                RetryClass::Only(class) => Some(class),
+            })?;
+        }
+        let registered = register(&mut store, campaign)?;
+        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &speed::measure(level));
+        store.begin_run(&Provenance {
+            program_version: env!("CARGO_PKG_VERSION"),
+            git_commit: env!("MENISCUS_COMMIT"),
+            rustc: env!("MENISCUS_RUSTC"),
+            cpu_features: &format!("{level:?}"),
+            campaign: registered,
+        })?;
+        let mut display = Display::new(&plan, dir, self.threads, quiet);
+        let options = Options { threads: self.threads, level, deadline: self.deadline, interrupted: &interrupted };
+        let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
+        display.finish(&report.progress);
+        // The lock goes with the store, before the fits take it again.
+        drop(report.store);
+        Ok(report.stopped)
+    }
+}
+
 /// Worker threads: as asked, or one a core.
 pub fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
@@ -163,7 +185,7 @@ fn register(store: &mut Store, campaign: &Campaign) -> Result<i64, Box<dyn Error
 }
 
 /// `90s`, `45m`, `8h`, `2d`.
-fn parse_time(text: &str) -> Result<Duration, String> {
+pub fn parse_time(text: &str) -> Result<Duration, String> {
     let wrong = || format!("`{text}` is no time: write a number and s, m, h or d, like 8h");
     let unit = match text.chars().last() {
         Some('s') => 1.0,
