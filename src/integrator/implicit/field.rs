@@ -1,9 +1,10 @@
 //! Vectors of all vertices of a ring.
 
 use crate::vector::{LANES, padded};
+use serde::{Deserialize, Serialize};
 
 /// Vectors of x and y for each vertex, zero in the padding.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Field {
     /// x components, `padded(n)` long.
     pub x: Vec<f64>,
