@@ -1,11 +1,13 @@
 //! The command line: one file per subcommand, no logic of its own. stdout is data, stderr is talk.
 
 mod calibrate;
+mod deadline;
 mod fit;
 mod plan;
 mod progress;
 mod query;
 mod render;
+mod replay;
 mod run;
 mod status;
 
@@ -52,6 +54,8 @@ enum Command {
     Fit(fit::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
     Render(render::Arguments),
+    /// Run what a failed job left behind, and see whether it fails again
+    Replay(replay::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
 }
@@ -66,6 +70,7 @@ impl Cli {
             Command::Query(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
+            Command::Replay(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
         }
     }
@@ -80,7 +85,7 @@ pub enum Exit {
     Error = 1,
     /// Finished, but some jobs failed.
     FailedJobs = 3,
-    /// Interrupted, everything finished is saved.
+    /// Interrupted, everything is saved.
     Interrupted = 130,
 }
 

@@ -54,7 +54,16 @@ pub enum Place {
     OnPlate,
 }
 
-/// A relaxed ring of full area in its place, at rest; `None` once `stop` is set. Only its own elasticity, `walls` and `others` act on it.
+/// What pushes a ring while it is put in place.
+#[derive(Debug)]
+pub struct Pushes {
+    /// The walls.
+    pub walls: Box<dyn WallContact>,
+    /// The ring itself, and the like.
+    pub others: Vec<Box<dyn RingForce>>,
+}
+
+/// A relaxed ring of full area in its place, at rest; `None` once `stop` is set. Only its own elasticity and `pushes` act on it.
 ///
 /// # Errors
 /// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
@@ -62,8 +71,7 @@ pub fn place_ring<E: EdgeForce>(
     parameters: &Deformable,
     edge: E,
     place: Place,
-    walls: Box<dyn WallContact>,
-    others: Vec<Box<dyn RingForce>>,
+    pushes: Pushes,
     stepping: &Stepping,
     level: Level,
     stop: &AtomicBool,
@@ -90,8 +98,8 @@ pub fn place_ring<E: EdgeForce>(
         gravity: Gravity::off(),
         drag: FarDrag { rate: RELAX_RATE },
         eps_squared: smoothing * smoothing,
-        walls,
-        others,
+        walls: pushes.walls,
+        others: pushes.others,
     };
     let ring = Ring::regular(n, at, room);
     let dt = stepping.dt;
@@ -257,8 +265,8 @@ mod tests {
                 Stepping { integrator: Integrator::Implicit, dt: 0.02 },
             ] {
                 let never = AtomicBool::new(false);
-                let (walls, level) = (contact(), Level::new());
-                let placed = place_ring(&ring, tension, place, walls, Vec::new(), &stepping, level, &never);
+                let (pushes, level) = (Pushes { walls: contact(), others: Vec::new() }, Level::new());
+                let placed = place_ring(&ring, tension, place, pushes, &stepping, level, &never);
                 let placed = placed.unwrap().unwrap();
                 let (area, _) = placed.area_and_perimeter();
                 assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");

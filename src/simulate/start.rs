@@ -17,7 +17,7 @@ use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::integrator::guard::GuardedMotion;
 use crate::integrator::implicit::ImplicitMotion;
 use crate::integrator::memory::WrongState;
-use crate::integrator::relax::{self, Place};
+use crate::integrator::relax::{self, Place, Pushes};
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{self, Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, regular_edge};
 use crate::scene::channel::ChannelWalls;
@@ -155,9 +155,9 @@ impl<W: Walls> Start<'_, W> {
 
     /// A ring put in its place, among the walls alone.
     fn placed<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Ring, NotStarted> {
-        let (walls, others) = (self.contact(ring), self.repulsion(ring));
+        let pushes = Pushes { walls: self.contact(ring), others: self.repulsion(ring) };
         let (stepping, Begin { stop, level, .. }) = (&self.point.stepping, self.begin);
-        let placed = relax::place_ring(ring, edge, self.place, walls, others, stepping, level, stop)?;
+        let placed = relax::place_ring(ring, edge, self.place, pushes, stepping, level, stop)?;
         placed.ok_or(NotStarted::Stopped)
     }
 
