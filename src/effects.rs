@@ -115,6 +115,16 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Pulls on nothing any more.
     fn let_go(&mut self) {}
 
+    /// What it keeps from earlier steps that the positions do not tell and later bits depend on.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes a [memory](Self::memory) over, once its lists are made; false if it never wrote that.
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        memory.is_empty()
+    }
+
     /// Adds the second derivatives of its energy. Without them the implicit integrator takes the force as given at each of
     /// its iterations, which converges only while the force is softer than `m/dt^2`.
     fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}

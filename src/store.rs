@@ -5,6 +5,8 @@
 //!     store.db       SQLite, the authority: points, jobs, outcomes, clogs, the catalogue of sample files
 //!     samples/       Parquet, the recorded time series; a file exists for readers once it is catalogued
 //!     checkpoints/   unfinished trajectories
+//!     dumps/         what failed jobs left to be replayed
+//!     quarantine/    files that were of no use
 //!     lock           held by the one process that writes
 //! ```
 //!
@@ -20,12 +22,15 @@
 //! what is there; results of another physics version stay, as `stale_runs`.
 
 mod catalogue;
+pub mod checkpoint_file;
 mod commit;
 mod error;
 mod fits;
+mod folders;
 mod format;
 mod lock;
 mod migrate;
+mod patience;
 mod query;
 mod read;
 mod records;
@@ -38,8 +43,10 @@ mod write;
 
 pub use error::StoreError;
 pub use fits::{point_runs, save_fits};
+pub use folders::Folders;
 pub use format::Format;
 pub use lock::Holder;
+pub use patience::Hurry;
 pub use query::{QueryError, query};
 pub use read::{StoredJob, job, job_states, open_reading};
 pub use records::{Origins, origins, records};
@@ -81,9 +88,10 @@ impl Store {
     /// program wrote it, [`StoreError::NetworkFileSystem`] where WAL is unsafe; else what SQLite or the system report.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
         lock::refuse_network(dir)?;
-        for folder in [dir.to_owned(), samples_dir(dir), dir.join("checkpoints")] {
+        for folder in [dir.to_owned(), samples_dir(dir)] {
             std::fs::create_dir_all(&folder).map_err(StoreError::io(&folder))?;
         }
+        Folders::of(dir).create()?;
         let lock = lock::take(dir)?;
         let path = database(dir);
         let mut conn = Connection::open(&path).map_err(StoreError::sql(&path))?;
@@ -92,6 +100,7 @@ impl Store {
         prepare(&conn).map_err(StoreError::sql(&path))?;
         let store = Self { dir: dir.to_owned(), conn, run: None, _lock: lock };
         store.remove_orphans()?;
+        store.folders().collect(&store.conn)?;
         Ok(store)
     }
 
@@ -105,12 +114,12 @@ impl Store {
         &self.conn
     }
 
-    /// Where unfinished trajectories go.
-    pub fn checkpoints(&self) -> PathBuf {
-        self.dir.join("checkpoints")
+    /// Where unfinished trajectories and dumps go.
+    pub fn folders(&self) -> Folders {
+        Folders::of(&self.dir)
     }
 
-    /// Sets failed jobs, of one class or of all, back to `pending`; returns how many.
+    /// Sets failed jobs, of one class or of all, back to `pending`, and removes their dumps; returns how many.
     ///
     /// # Errors
     /// What SQLite reports.
@@ -134,7 +143,9 @@ impl Store {
             transaction.commit()?;
             Ok(reset)
         };
-        retry(&mut self.conn).map_err(StoreError::sql(&path))
+        let reset = retry(&mut self.conn).map_err(StoreError::sql(&path))?;
+        self.folders().collect(&self.conn)?;
+        Ok(reset)
     }
 
     /// Removes half-written sample files and those a crash kept from being catalogued.
@@ -174,8 +185,13 @@ fn prepare(conn: &Connection) -> rusqlite::Result<()> {
     conn.set_prepared_statement_cache_capacity(32);
     read::keep_plans(conn)?;
     conn.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
-    conn.execute("UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')", [])?;
-    Ok(())
+    give_back(conn)
+}
+
+/// Sets jobs that nobody computes any more back to `pending`.
+fn give_back(conn: &Connection) -> rusqlite::Result<()> {
+    let sql = "UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')";
+    conn.execute(sql, []).map(drop)
 }
 
 /// The database in the folder `dir`.

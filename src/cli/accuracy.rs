@@ -1,6 +1,7 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
-use super::run::{Effort, parse_time, threads};
+use super::deadline::parse_time;
+use super::run::{Effort, threads};
 use super::{Exit, Outcome, print, store_of};
 use meniscus::accuracy::{self, Accuracy, parts};
 use meniscus::campaign::Campaign;
@@ -71,11 +72,16 @@ impl Arguments {
             return Err(format!("{} is no picture that can be written; name it .svg or .png", odd.display()).into());
         }
         let dir = store_of(self.store.as_deref(), &campaign.name);
-        let effort = Effort { threads: threads(self.threads), deadline: self.deadline, retry: None };
+        let effort = Effort {
+            threads: threads(self.threads),
+            deadline: self.deadline,
+            checkpoint_every: Duration::from_secs(60),
+            retry: None,
+        };
         let stopped = effort.execute(&campaign, &dir, quiet)?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
         print(&text(&accuracy))?;
-        match stopped {
+        match stopped.map(|early| early.reason) {
             None => {
                 self.write(&campaign, &dir, &accuracy)?;
                 Ok(Exit::Done)

@@ -283,6 +283,20 @@ impl<W: Walls> RingForce for Contact<W> {
         self.holds = false;
     }
 
+    /// The pushes, which are those before the origin last moved; none if nothing was pushed.
+    fn memory(&self) -> Vec<f64> {
+        if self.pushes.iter().any(|push| *push != 0.0) { self.pushes.clone() } else { Vec::new() }
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        if memory.is_empty() {
+            self.pushes.fill(0.0);
+        } else if memory.len() == self.pushes.len() {
+            self.pushes.copy_from_slice(memory);
+        }
+        memory.is_empty() || memory.len() == self.pushes.len()
+    }
+
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
         on_level!(self.level, simd => self.add_stiffness_with(simd, ring, parts, stiffness));
     }

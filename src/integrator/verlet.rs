@@ -27,6 +27,10 @@ use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass, net_forces,
 use crate::shape::{LoadRecord, ShapeRecord};
 use fearless_simd::Level;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Vertices times steps between two looks at whether to stop: about 10 ms.
+const PIECE: u64 = 1 << 22;
 
 /// The effects on a ring; those inside its vertex loops are types.
 #[derive(Debug)]
@@ -164,6 +168,27 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
         ring.close();
         motion.moved(dt * fastest_squared.sqrt());
         motion
+    }
+
+    /// A ring in motion, its half-step velocities being of steps of `dt`.
+    pub(super) fn resume(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
+        let mut motion = Self { ring, effects, dt, level };
+        motion.moved(f64::INFINITY);
+        motion
+    }
+
+    /// Takes `steps` time steps, in pieces whose length the ring alone decides; false, and somewhere on the way, once `stop` is set.
+    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
+        let piece = (PIECE / self.ring.n as u64).max(1);
+        let mut left = steps;
+        while left > 0 {
+            if stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            self.advance(left.min(piece));
+            left -= left.min(piece);
+        }
+        true
     }
 
     /// Tells the effects that no vertex moved further than `distance`.

@@ -7,8 +7,11 @@ use super::StoreError;
 use rusqlite::{Connection, TransactionBehavior};
 use std::path::{Path, PathBuf};
 
-const MIGRATIONS: &[&str] =
-    &[include_str!("../../migrations/0001_initial.sql"), include_str!("../../migrations/0002_stability.sql")];
+const MIGRATIONS: &[&str] = &[
+    include_str!("../../migrations/0001_initial.sql"),
+    include_str!("../../migrations/0002_stability.sql"),
+    include_str!("../../migrations/0003_dumps.sql"),
+];
 
 /// `Mnsc`, in the header of every store.
 const APPLICATION_ID: i32 = 0x4D6E_7363;

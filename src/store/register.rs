@@ -89,14 +89,18 @@ impl Store {
         Ok(key)
     }
 
-    /// Notes that the run that [`Store::begin_run`] began has ended; without one it does nothing.
+    /// Notes that the run that [`Store::begin_run`] began has ended, jobs under way being `pending` again; without one it does
+    /// nothing.
     ///
     /// # Errors
     /// What SQLite reports.
     pub fn end_run(&mut self) -> Result<(), StoreError> {
         let Some(run) = self.run.take() else { return Ok(()) };
-        let ended = self.conn.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run));
-        ended.map(drop).map_err(StoreError::sql(&database(&self.dir)))
+        let end = |conn: &Connection| {
+            conn.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run))?;
+            super::give_back(conn)
+        };
+        end(&self.conn).map_err(StoreError::sql(&database(&self.dir)))
     }
 }
 

@@ -2,9 +2,11 @@
 //!
 //! A group commits when it is large enough, or when its oldest message has waited long enough; so a crash costs at most
 //! the work of that time, and a million tiny jobs do not cost a million disk flushes. A commit that fails is tried again
-//! with its batch kept; after the last try the writer stops, and [`Writer::finish`] says why.
+//! with its batch kept: without end while the disk is full, else until the last try. Then, or when the run is to end, the
+//! writer stops, and [`Writer::finish`] says why.
 
 use super::commit::{Batch, FinishedJob, commit};
+use super::patience::{self, Hurry};
 use super::{Store, StoreError, unix_now};
 use crate::job::JobId;
 use crate::trajectory::{Failure, FailureClass, Trajectory};
@@ -40,8 +42,10 @@ pub struct WriterOptions {
     pub age: Duration,
     /// Messages that wait for the writer before workers wait too.
     pub queue: usize,
-    /// Pauses after failed commits; the writer gives up after the last.
+    /// Pauses after failed commits; the writer gives up after the last, but not because a disk is full.
     pub pauses: Vec<Duration>,
+    /// When it does not pause any more.
+    pub hurry: Hurry,
 }
 
 impl Default for WriterOptions {
@@ -52,6 +56,7 @@ impl Default for WriterOptions {
             age: Duration::from_secs(1),
             queue: 1024,
             pauses: [0.2, 1.0, 5.0, 15.0, 30.0].map(Duration::from_secs_f64).to_vec(),
+            hurry: Hurry::default(),
         }
     }
 }
@@ -158,7 +163,9 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
             Err(RecvTimeoutError::Timeout) => false,
             Ok(None) | Err(RecvTimeoutError::Disconnected) => true,
         };
-        unknown.extend(patiently_commit(&mut store, &std::mem::take(&mut pending).batch, options)?);
+        let batch = std::mem::take(&mut pending).batch;
+        unknown.extend(patiently_commit(&mut store, &batch, options)?);
+        store.folders().forget(batch.finished.iter().map(|finished| finished.job));
         if last {
             store.end_run()?;
             return unknown.first().map_or(Ok(store), |job| Err(StoreError::UnknownJob(*job)));
@@ -202,13 +209,19 @@ fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -
             Ok(unknown) => return Ok(unknown),
             Err(error) => error,
         };
-        let (unsaved, pause) = (batch.finished.len(), options.pauses.get(attempts));
+        let pause = patience::pause(&error, attempts, &options.pauses, &options.hurry);
+        let unsaved = batch.finished.len();
         attempts += 1;
-        let Some(&pause) = pause else {
+        let Some(pause) = pause else {
             return Err(StoreError::GaveUp { unsaved, attempts, source: Box::new(error) });
         };
-        tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
-        std::thread::sleep(pause);
+        if patience::is_full(&error) {
+            let what = "the disk is full; outcomes wait and are saved as soon as there is room";
+            tracing::warn!(%error, unsaved, "{what}");
+        } else {
+            tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
+        }
+        options.hurry.pause(pause);
     }
 }
 

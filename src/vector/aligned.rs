@@ -4,6 +4,7 @@
 //! 10 to 15% of a step in free flight at AVX-512.
 
 use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 
 /// A cache line of numbers.
@@ -12,7 +13,8 @@ use std::ops::{Deref, DerefMut};
 struct Line([f64; 8]);
 
 /// A slice of numbers that owns itself, begins on a cache line and keeps its length.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(from = "Vec<f64>", into = "Vec<f64>")]
 pub struct Aligned {
     lines: Vec<Line>,
     len: usize,
@@ -46,6 +48,18 @@ impl From<&[f64]> for Aligned {
         let mut aligned = Self::zeros(values.len());
         aligned.copy_from_slice(values);
         aligned
+    }
+}
+
+impl From<Vec<f64>> for Aligned {
+    fn from(values: Vec<f64>) -> Self {
+        Self::from(values.as_slice())
+    }
+}
+
+impl From<Aligned> for Vec<f64> {
+    fn from(aligned: Aligned) -> Self {
+        aligned.to_vec()
     }
 }
 

@@ -4,9 +4,10 @@ use crate::on_level;
 use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, load, max_lanes, padded, sum_lanes};
 use fearless_simd::{Level, f64x8, prelude::*};
+use serde::{Deserialize, Serialize};
 
 /// Vectors of x and y for each vertex, zero in the padding.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Field {
     /// x components, `padded(n)` long.
     pub x: Aligned,
