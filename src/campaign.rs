@@ -69,6 +69,8 @@ pub struct Block {
     pub seeds: Range<u64>,
     /// The integrator that was asked for; each point has a definite one.
     pub integrator: IntegratorChoice,
+    /// The tolerance that chose vertices and stepping of each point, if one was asked for.
+    pub tolerance: Option<f64>,
 }
 
 impl Campaign {

@@ -1,12 +1,15 @@
 //! The command line: one file per subcommand, no logic of its own. stdout is data, stderr is talk.
 
+mod accuracy;
 mod calibrate;
 mod check;
+mod deadline;
 mod fit;
 mod plan;
 mod progress;
 mod query;
 mod render;
+mod replay;
 mod run;
 mod status;
 
@@ -55,6 +58,10 @@ enum Command {
     Render(render::Arguments),
     /// Check a store: checksums, counts, rows, orphans; with --repair put it right
     Check(check::Arguments),
+    /// Measure what accuracy costs: errors, orders, and error against time
+    Accuracy(accuracy::Arguments),
+    /// Run what a failed job left behind, and see whether it fails again
+    Replay(replay::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
 }
@@ -70,6 +77,8 @@ impl Cli {
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
             Command::Check(arguments) => arguments.run(self.quiet),
+            Command::Accuracy(arguments) => arguments.run(self.quiet),
+            Command::Replay(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
         }
     }
@@ -84,7 +93,7 @@ pub enum Exit {
     Error = 1,
     /// Finished, but some jobs failed.
     FailedJobs = 3,
-    /// Interrupted, everything finished is saved.
+    /// Interrupted, everything is saved.
     Interrupted = 130,
 }
 

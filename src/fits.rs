@@ -2,7 +2,7 @@
 //! analysis, which computes them.
 
 use crate::job::{Point, PointId};
-use crate::trajectory::{Mechanism, Outcome};
+use crate::trajectory::{Mechanism, Outcome, Samples};
 
 /// The finished runs of one grid point.
 #[derive(Clone, Debug)]
@@ -68,4 +68,29 @@ pub struct SpeedAverage {
     pub v_g_high: Option<f64>,
     /// Capillary number `Ca = (v_g/V_t) pi/(4 Gamma)` ([C24] eq. 17); `None` for SP.
     pub ca: Option<f64>,
+}
+
+/// Everything that one job left, its time series included: what accuracy is judged by.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunRecord {
+    /// Seed of the run.
+    pub seed: u64,
+    /// How it ended; `None` of a failure.
+    pub outcome: Option<Outcome>,
+    /// Why it failed, if it did.
+    pub error: Option<String>,
+    /// Displacement at the end, in sigma.
+    pub r_end: f64,
+    /// Time at the end, in t0.
+    pub t_end: f64,
+    /// Mean speed after the start-up, in V_t.
+    pub v_g_mean: Option<f64>,
+    /// E_k/E_t at the end.
+    pub ek_ratio_end: f64,
+    /// Depth on the plate.
+    pub delta_s: Option<f64>,
+    /// Seconds it took.
+    pub wall_s: f64,
+    /// Its time series, where they were asked for.
+    pub samples: Samples,
 }

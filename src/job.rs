@@ -59,6 +59,9 @@ pub enum Model {
     Soft(Soft),
 }
 
+/// The `kappa` of the source paper.
+pub const PAPER_KAPPA: f64 = 1e-3;
+
 /// Parameters of the deformable particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Deformable {
@@ -103,7 +106,7 @@ impl Deformable {
     pub fn of_tension(gamma: f64) -> Self {
         Self {
             gamma,
-            kappa: 1e-3,
+            kappa: PAPER_KAPPA,
             k_a: 1e4,
             n_vertices: 256,
             e_w: 1e4,
@@ -115,6 +118,11 @@ impl Deformable {
             self_contact: SelfContact::default(),
             engulfed: Engulfed::default(),
         }
+    }
+
+    /// The kappa at which tension and perimeter add up to one linear spring, `1/(N_v l0)`, about 1/pi ([`crate::effects::tension::LinearTension`]).
+    pub fn linear_kappa(&self) -> f64 {
+        1.0 / (self.n_vertices as f64 * regular_edge(self.n_vertices))
     }
 
     /// Stiffness of each edge against walls, k_w.

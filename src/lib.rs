@@ -11,6 +11,7 @@
 //! `t0 = sqrt(sigma/g)`. Gravity drives along `+x`. Equation numbers cite Cheng et al., "Flow and clogging of
 //! capillary droplets", Soft Matter 20, 8036 (2024), as `[C24]`.
 
+pub mod accuracy;
 pub mod analysis;
 pub mod calibrate;
 pub mod campaign;
@@ -31,5 +32,6 @@ pub mod speed;
 pub mod stability;
 pub mod stepping;
 pub mod store;
+pub mod tolerance;
 pub mod trajectory;
 pub mod vector;

@@ -14,6 +14,7 @@ use crate::droplet::Observation;
 use crate::job::{MASS, Point};
 use crate::shape::ShapeRecord;
 use crate::trajectory::{Clog, Outcome, Samples, Trajectory};
+use serde::{Deserialize, Serialize};
 
 /// Share of the recorded time that counts as start-up.
 const START_UP: f64 = 0.1;
@@ -31,7 +32,7 @@ pub struct Effort {
 }
 
 /// Collects the record of one run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Recorder {
     v_t: f64,
     start_x: f64,

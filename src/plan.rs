@@ -7,6 +7,7 @@ mod cost;
 mod effects;
 mod integrators;
 mod text;
+mod tolerance;
 
 #[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A droplet at one instant, in unwrapped world coordinates.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShapeRecord {
     /// Time, in t0.
     pub t: f64,

@@ -1,7 +1,9 @@
 //! From a job to its trajectory: picks the concrete types once, then drives the motion from check to check.
 
+mod snapshot;
 mod start;
 
+pub use snapshot::{Keeper, MotionState, NoKeeper, Snapshot};
 pub use start::is_linear;
 
 use crate::droplet::Observation;
@@ -20,7 +22,9 @@ use crate::scene::wall::Walls;
 use crate::shape::ShapeRecord;
 use crate::trajectory::{Clog, Failure, FailureClass, Outcome, Trajectory};
 use fearless_simd::Level;
-use std::sync::atomic::{AtomicBool, Ordering};
+use snapshot::Course;
+use start::NotStarted;
+use std::sync::atomic::AtomicBool;
 
 /// Longest simulated time between two looks at a droplet, in t0.
 const CHECK_EVERY: f64 = 1.0;
@@ -35,14 +39,17 @@ pub struct Context<'a> {
     pub arrays: &'a ArrayLibrary,
     /// The instruction set.
     pub level: Level,
-    /// Set to end all simulations at their next check.
+    /// Set to end all simulations within some ten milliseconds.
     pub stop: &'a AtomicBool,
 }
 
 /// A droplet in motion, whatever its model.
 pub(crate) trait Motion {
-    /// Takes time steps; fails where one cannot be taken, the droplet then being where that step began.
-    fn advance(&mut self, steps: u64) -> Result<(), Failure>;
+    /// Takes time steps; fails where one cannot be taken, the droplet then being where that step began. False once `stop` is
+    /// set, the droplet then being somewhere on the way.
+    fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<bool, Failure>;
+    /// What decides how it goes on.
+    fn state(&self) -> MotionState;
     /// Moves the local origin next to the droplet.
     fn follow(&mut self);
     /// Reads off everything recorded.
@@ -58,8 +65,11 @@ pub(crate) trait Motion {
 }
 
 impl<E: EdgeForce, D: Drag> Motion for GuardedMotion<E, D> {
-    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        GuardedMotion::advance(self, steps)
+    fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<bool, Failure> {
+        self.advance_unless(stop, steps)
+    }
+    fn state(&self) -> MotionState {
+        MotionState::Verlet(GuardedMotion::state(self))
     }
     fn follow(&mut self) {
         self.motion.follow();
@@ -82,8 +92,11 @@ impl<E: EdgeForce, D: Drag> Motion for GuardedMotion<E, D> {
 }
 
 impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
-    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        ImplicitMotion::advance(self, steps)
+    fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<bool, Failure> {
+        self.advance_unless(stop, steps)
+    }
+    fn state(&self) -> MotionState {
+        MotionState::Implicit(Box::new(ImplicitMotion::state(self)))
     }
     fn follow(&mut self) {
         ImplicitMotion::follow(self);
@@ -106,9 +119,11 @@ impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
 }
 
 impl<W: Walls> Motion for SoftMotion<W> {
-    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        SoftMotion::advance(self, steps);
-        Ok(())
+    fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<bool, Failure> {
+        Ok(self.advance_unless(stop, steps))
+    }
+    fn state(&self) -> MotionState {
+        MotionState::Soft(SoftMotion::state(self))
     }
     fn follow(&mut self) {
         SoftMotion::follow(self);
@@ -135,8 +150,45 @@ impl<W: Walls> Motion for SoftMotion<W> {
 /// # Errors
 /// A [`Failure`] when the job cannot start, or its numbers leave the range that physics allows.
 pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, Failure> {
-    let mut motion = start::start(job, context.arrays, context.level)?;
-    drive(motion.as_mut(), &job.point, context.stop)
+    match go_on(job, context, None, &mut NoKeeper)? {
+        Ended::Finished(trajectory) => Ok(Some(*trajectory)),
+        Ended::Stopped(_) | Ended::WrongSnapshot => Ok(None),
+    }
+}
+
+/// How a computation of a trajectory ended, if not in a failure.
+#[derive(Debug)]
+pub enum Ended {
+    /// The trajectory came to its end.
+    Finished(Box<Trajectory>),
+    /// It was told to stop, and can go on from here; from its beginning if it had not begun to move.
+    Stopped(Option<Box<Snapshot>>),
+    /// The snapshot is not one of this job; nothing was done.
+    WrongSnapshot,
+}
+
+/// Computes the trajectory of a job, from a snapshot on if there is one: with the same bits as without a break.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn go_on(
+    job: &Job,
+    context: Context<'_>,
+    from: Option<&Snapshot>,
+    keeper: &mut dyn Keeper,
+) -> Result<Ended, Failure> {
+    let mut motion = match start::start(job, context, from.map(|snapshot| &snapshot.motion)) {
+        Ok(motion) => motion,
+        Err(NotStarted::Failed(failure)) => return Err(failure),
+        Err(NotStarted::Stopped) => return Ok(Ended::Stopped(None)),
+        Err(NotStarted::WrongState(_)) => return Ok(Ended::WrongSnapshot),
+    };
+    let course = match from {
+        Some(snapshot) if snapshot.course.step >= Timetable::of(&job.point).end => return Ok(Ended::WrongSnapshot),
+        Some(snapshot) => snapshot.course.clone(),
+        None => begin(motion.as_mut(), &job.point),
+    };
+    drive(motion.as_mut(), &job.point, course, context.stop, keeper)
 }
 
 /// The times at which a run is looked at, in steps; they depend on the point alone.
@@ -160,16 +212,28 @@ impl Timetable {
     }
 }
 
-/// Advances from check to check until the run ends.
-fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Option<Trajectory>, Failure> {
-    let timetable = Timetable::of(point);
-    let dt = point.stepping.dt;
+/// A run before its first step.
+fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
     let begin = motion.observe();
     let mut recorder = Recorder::new(point, begin);
-    let mut shape = motion.shape(0.0);
+    let shape = motion.shape(0.0);
     if point.shapes_every.is_some() {
         recorder.keep(shape.clone());
     }
+    let lowest_energy = begin.kinetic + begin.potential;
+    Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, shape, recorder }
+}
+
+/// Advances from check to check until the run ends.
+fn drive(
+    motion: &mut dyn Motion,
+    point: &Point,
+    mut course: Course,
+    stop: &AtomicBool,
+    keeper: &mut dyn Keeper,
+) -> Result<Ended, Failure> {
+    let timetable = Timetable::of(point);
+    let dt = point.stepping.dt;
     let distance = point.limits.distance.unwrap_or(f64::INFINITY);
     let threshold = point.limits.ek_threshold;
     let (delta, apart, fail_engulfed) = match &point.model {
@@ -183,53 +247,58 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
         Scene::Disc(disc) => (disc.h_end, Outcome::Clogged),
         Scene::Plate => (f64::INFINITY, Outcome::Settled),
     };
-    // A clog must show at two checks in a row: a turning point is at rest for an instant only.
-    let (mut has_moved, mut was_below) = (false, false);
-    let (mut lowest_energy, mut checks, mut step) = (begin.kinetic + begin.potential, 0_u64, 0_u64);
     loop {
-        if stop.load(Ordering::Relaxed) {
-            return Ok(None);
+        let here = motion.state();
+        if keeper.wants() {
+            keeper.keep(Snapshot { course: course.clone(), motion: here.clone() });
         }
-        let next = (step + timetable.check).min(timetable.end);
-        if let Err(failure) = motion.advance(next - step) {
-            let shape = motion.shape(failure.step as f64 * dt);
-            return Err(Failure { shape: Some(Box::new(shape)), ..failure });
+        let next = (course.step + timetable.check).min(timetable.end);
+        match motion.advance(next - course.step, stop) {
+            Ok(true) => {}
+            // Of the way since the check nothing is kept.
+            Ok(false) => return Ok(Ended::Stopped(Some(Box::new(Snapshot { course, motion: here })))),
+            Err(failure) => {
+                let shape = motion.shape(failure.step as f64 * dt);
+                return Err(Failure { shape: Some(Box::new(shape)), ..failure });
+            }
         }
         motion.follow();
-        step = next;
-        checks += 1;
+        course.step = next;
+        course.checks += 1;
+        let (step, checks, recorder) = (course.step, course.checks, &mut course.recorder);
         let t = step as f64 * dt;
         let seen = motion.observe();
         let fail = |class, reason, shape| Failure { class, reason, step, shape: Some(Box::new(shape)) };
         let energy = seen.kinetic + seen.potential;
-        let rise = energy - lowest_energy;
+        let rise = energy - course.lowest_energy;
         if !(rise < ENERGY_RISE_LIMIT) {
             let reason =
                 format!("the total energy rose by {rise:.3e} at t = {t}; lower dt, or see it with `meniscus render`");
             // Nothing sound is left of the droplet, so the shape of the check before is kept.
-            return Err(fail(FailureClass::Unstable, reason, shape));
+            return Err(fail(FailureClass::Unstable, reason, course.shape));
         }
-        shape = motion.shape(t);
+        course.shape = motion.shape(t);
         if let Some([x, y]) = motion.engulfed() {
             if fail_engulfed {
                 let reason = format!(
                     "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with `meniscus render`"
                 );
-                return Err(fail(FailureClass::Engulfed, reason, shape));
+                return Err(fail(FailureClass::Engulfed, reason, course.shape));
             }
             recorder.mark_engulfed(t);
         }
         if motion.ring().is_some_and(|ring| self_contact::crosses(ring, delta, apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
-            return Err(fail(FailureClass::Crossed, reason, shape));
+            return Err(fail(FailureClass::Crossed, reason, course.shape));
         }
-        lowest_energy = lowest_energy.min(energy);
+        course.lowest_energy = course.lowest_energy.min(energy);
         recorder.watch(&seen, rise);
         let ek_ratio = recorder.ek_ratio(&seen);
         let is_below = ek_ratio < threshold;
-        has_moved |= !is_below;
-        let clogged = has_moved && is_below && was_below;
-        was_below = is_below;
+        course.has_moved |= !is_below;
+        // At two checks in a row: a turning point is at rest for an instant only.
+        let clogged = course.has_moved && is_below && course.was_below;
+        course.was_below = is_below;
         let outcome = if clogged {
             Some(at_rest)
         } else if seen.x >= h_end {
@@ -245,7 +314,7 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
             recorder.record(t, &seen);
         }
         if outcome.is_some() || timetable.checks_per_shape.is_some_and(|every| checks % every == 0) {
-            recorder.keep(shape.clone());
+            recorder.keep(course.shape.clone());
         }
         if let Some(outcome) = outcome {
             let clog = (outcome == Outcome::Clogged).then(|| Clog {
@@ -256,15 +325,10 @@ fn drive(motion: &mut dyn Motion, point: &Point, stop: &AtomicBool) -> Result<Op
                 ek_ratio,
                 shape: seen.shape,
                 contacts: seen.contacts,
-                mechanism: mechanism::of(&shape),
+                mechanism: mechanism::of(&course.shape),
             });
-            return Ok(Some(recorder.finish(
-                outcome,
-                t,
-                Effort { steps: step, refused: motion.refused() },
-                &seen,
-                clog,
-            )));
+            let effort = Effort { steps: step, refused: motion.refused() };
+            return Ok(Ended::Finished(Box::new(course.recorder.finish(outcome, t, effort, &seen, clog))));
         }
     }
 }

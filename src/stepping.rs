@@ -31,6 +31,11 @@ const IMPLICIT_WAY: f64 = LARGEST_MOVE / 3.0;
 /// How many times as much Verlet must cost for `auto` to take the implicit integrator: in doubt it is Verlet, the paper's.
 pub const WORTH_IT: f64 = 2.0;
 
+/// The largest implicit step in which a free droplet goes no further than it may.
+pub fn implicit_dt_bound(v_t: f64) -> f64 {
+    IMPLICIT_WAY / v_t
+}
+
 /// The implicit step that `dt = "auto"` stands for: 0.02, halved until a free droplet (V_t above 0.1) goes no further than it may.
 pub fn implicit_dt(v_t: f64) -> f64 {
     let mut dt = IMPLICIT_DT;

@@ -5,7 +5,8 @@
 //!     store.db       SQLite, the authority: points, jobs, outcomes, clogs, the catalogue of sample files
 //!     samples/       Parquet, the recorded time series; a file exists for readers once it is catalogued
 //!     checkpoints/   unfinished trajectories
-//!     quarantine/    what a repair put aside; there only after one
+//!     dumps/         what failed jobs left to be replayed
+//!     quarantine/    what was of no use, or put aside by a repair; there only then
 //!     store.db.seal  hashes of the closed database; there only while nobody writes
 //!     lock           held by the one process that writes
 //!     readers        held, shared, by those that read samples
@@ -32,13 +33,16 @@ mod error;
 #[cfg(test)]
 mod every_fault;
 mod fits;
+mod folders;
 mod format;
 mod lock;
 mod migrate;
+mod patience;
 mod quarantine;
 mod query;
 mod read;
 mod readers;
+mod records;
 mod register;
 mod samples;
 mod samples_table;
@@ -50,10 +54,13 @@ mod write;
 pub use check::{CheckReport, Finding, check, repair};
 pub use error::StoreError;
 pub use fits::{point_runs, save_fits};
+pub use folders::Folders;
 pub use format::Format;
 pub use lock::Holder;
+pub use patience::Hurry;
 pub use query::{QueryError, query};
 pub use read::{StoredJob, job, job_states, open_reading};
+pub use records::{Origins, origins, records};
 pub use register::{CampaignRecord, PlannedPoint, Provenance, Registered};
 pub use shapes::{JobStory, find_jobs, job_path, job_story, shapes};
 pub use status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
@@ -106,19 +113,15 @@ impl Store {
             })?;
         }
         store.remove_orphans()?;
-        // Nobody writes a checkpoint now.
-        for path in check::files::listed(&store.checkpoints())? {
-            if path.extension().is_some_and(|extension| extension == "tmp") {
-                disk::remove(&path)?;
-            }
-        }
+        store.folders().collect(&store.conn)?;
         Ok(store)
     }
 
     /// Opens the database, and migrates it, under a lock that is held.
     fn connect(dir: &Path, lock: File) -> Result<Self, StoreError> {
         let path = database(dir);
-        [samples_dir(dir), dir.join("checkpoints")].iter().try_for_each(|folder| disk::create_folder(folder))?;
+        disk::create_folder(&samples_dir(dir))?;
+        Folders::of(dir).create()?;
         if path.exists() && !seal::first_page_is_sound(dir)? {
             return Err(StoreError::Damaged { path, problem: "its header is not as it was left".to_owned() });
         }
@@ -143,12 +146,12 @@ impl Store {
         &self.conn
     }
 
-    /// Where unfinished trajectories go.
-    pub fn checkpoints(&self) -> PathBuf {
-        self.dir.join("checkpoints")
+    /// Where unfinished trajectories and dumps go.
+    pub fn folders(&self) -> Folders {
+        Folders::of(&self.dir)
     }
 
-    /// Sets failed jobs, of one class or of all, back to `pending`; returns how many.
+    /// Sets failed jobs, of one class or of all, back to `pending`, and removes their dumps; returns how many.
     ///
     /// # Errors
     /// What SQLite reports.
@@ -173,6 +176,7 @@ impl Store {
         };
         let reset = retry().map_err(StoreError::sql(&path))?;
         disk::commit(transaction, &path)?;
+        self.folders().collect(&self.conn)?;
         Ok(reset)
     }
 
@@ -214,8 +218,7 @@ fn prepare(conn: &mut Connection, path: &Path) -> Result<(), StoreError> {
     let transaction = conn.transaction().map_err(StoreError::sql(path))?;
     let begin = || -> rusqlite::Result<()> {
         transaction.execute("INSERT OR REPLACE INTO current VALUES (1, ?1)", [PHYSICS_VERSION])?;
-        let running = "UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')";
-        transaction.execute(running, []).map(drop)
+        give_back(&transaction)
     };
     begin().map_err(StoreError::sql(path))?;
     disk::commit(transaction, path)
@@ -232,6 +235,12 @@ fn set_up(conn: &Connection) -> rusqlite::Result<()> {
     conn.pragma_update(None, "wal_autocheckpoint", 16 * 1024)?;
     conn.set_prepared_statement_cache_capacity(32);
     read::keep_plans(conn)
+}
+
+/// Sets jobs that nobody computes any more back to `pending`.
+fn give_back(conn: &Connection) -> rusqlite::Result<()> {
+    let sql = "UPDATE jobs SET state = 'pending' WHERE key IN (SELECT key FROM jobs WHERE state = 'running')";
+    conn.execute(sql, []).map(drop)
 }
 
 /// The database in the folder `dir`.

@@ -2,7 +2,9 @@
 //!
 //! Every kernel is generic over the instruction set `S` and works on [`f64x8`], whatever the width of the hardware:
 //! one AVX-512 register, two AVX2 registers, four NEON ones, or plain scalars. Only operations that IEEE 754 rounds
-//! exactly are used, in one order, so all instruction sets give the same bits.
+//! exactly are used (the fused multiply-add among them), in one order, so all instruction sets give the same bits.
+
+pub mod aligned;
 
 use fearless_simd::{Level, f64x8, prelude::*};
 
@@ -15,10 +17,17 @@ pub const LANES: usize = 8;
 /// whose error is `5h^3/16`, below 1e-20. Costs less than half of a double-precision root and division.
 #[inline(always)]
 pub fn inverse_sqrt<S: Simd>(simd: S, s: f64x8<S>) -> f64x8<S> {
+    let [one, half, three_eighths] = [f64x8::splat(simd, 1.0), f64x8::splat(simd, 0.5), f64x8::splat(simd, 0.375)];
     let single = 1.0 / simd.narrow_f64x8(s, s).sqrt();
     let (y, _) = simd.widen_f32x16(single);
-    let h = 1.0 - s * y * y;
-    y + y * h * (0.5 + 0.375 * h)
+    let h = fma(-(s * y), y, one);
+    fma(y * h, fma(h, three_eighths, half), y)
+}
+
+/// `a b + c`, rounded once.
+#[inline(always)]
+pub fn fma<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+    a.mul_add_precise(b, c)
 }
 
 /// Sum of the eight lanes, always in the same order.

@@ -7,7 +7,7 @@ use common::{CAMPAIGN, ask, expect, meniscus, results};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Starts a run in the background.
 fn start(dir: &Path, store: &str) -> std::process::Child {
@@ -19,13 +19,16 @@ fn start(dir: &Path, store: &str) -> std::process::Child {
 fn a_run_killed_at_any_instant_and_run_again_equals_an_uninterrupted_one() {
     let folder = tempfile::tempdir().unwrap();
     let dir = folder.path();
-    // A few seconds of work, so that kills meet outcomes computed, written, and being committed.
-    fs::write(dir.join("small.toml"), CAMPAIGN.replace("runs_per_point = 4", "runs_per_point = 60")).unwrap();
+    // Enough work that kills meet outcomes computed, written, and being committed.
+    fs::write(dir.join("small.toml"), CAMPAIGN.replace("runs_per_point = 4", "runs_per_point = 100")).unwrap();
+    let begin = Instant::now();
     expect(0, dir, &["run", "small.toml", "--store", "whole"]);
+    let whole = begin.elapsed();
     let mut killed = 0;
-    for pause in [30, 1150, 400, 1020, 90, 1300, 5, 1040] {
+    // Together four fifths of the work, whatever the machine.
+    for share in [0.01, 0.16, 0.09, 0.16, 0.03, 0.2, 0.001, 0.15] {
         let mut child = start(dir, "killed");
-        std::thread::sleep(Duration::from_millis(pause));
+        std::thread::sleep(whole.mul_f64(share));
         killed += u32::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();

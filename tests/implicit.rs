@@ -99,7 +99,7 @@ fn check_stiffness<E: EdgeForce>(edge: E, area: Area, walls: Box<dyn WallContact
     let mut newton = Newton::new(n);
     let mut gradient_at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, Level::new(), Parts::All);
     let (gradient, band, area_gradient) = gradient_at(&ring);
-    let largest = gradient.largest();
+    let largest = gradient.largest(Level::new());
     assert!(largest > 0.0, "the term must act on this ring");
     let h = 1e-8;
     for k in 0..20 {

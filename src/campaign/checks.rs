@@ -4,6 +4,7 @@ use super::interval::{Short, cut_to_three_digits};
 use super::keys::Id;
 use crate::job::{Density, Integrator, Model, Point, Scene, Stepping};
 use crate::stability::StabilityLimit;
+use crate::tolerance::{Refusal, table};
 
 /// Coverage of the plane by discs at which random sequential addition jams.
 const SATURATION: f64 = 0.547;
@@ -43,6 +44,31 @@ fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
         ),
         help: format!("{}; or write dt = \"auto\"{way_out}", stiffest.remedy),
     })
+}
+
+/// A tolerance that some measured setting meets.
+pub(super) fn measured(point: &Point, tolerance: f64) -> Option<Breach> {
+    let breach = |excess, message, help| Some(Breach { id: Id::Tolerance, excess, message, help });
+    match table().choose(tolerance, point).err()? {
+        Refusal::TooFine(kind, Some(finest)) => breach(
+            finest.error / tolerance,
+            format!(
+                "the finest setting measured {} is off by {} ({}; n_vertices = {}, {})",
+                kind.place(),
+                Short(finest.error),
+                finest.of,
+                finest.n_vertices,
+                finest.integrator.name()
+            ),
+            format!("write {} or more, or n_vertices, dt and integrator instead of `tolerance`", Short(finest.error)),
+        ),
+        Refusal::NotMeasured | Refusal::TooFine(_, None) => breach(
+            f64::INFINITY,
+            format!("no settings were measured in such a scene ({})", point.scene.name()),
+            "write n_vertices, dt and integrator instead of it; measured are arrays of obstacles, channels, and free flight"
+                .to_owned(),
+        ),
+    }
 }
 
 /// The implicit integrator is of the ring.

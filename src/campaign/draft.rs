@@ -3,10 +3,11 @@
 use super::keys::{Id, Value};
 use crate::job::{
     Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, LoneDisc,
-    Model, ObstacleField, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
+    Model, ObstacleField, PAPER_KAPPA, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
 };
-use crate::stability::StabilityLimit;
+use crate::stability::{StabilityLimit, vertices_pile_up};
 use crate::stepping;
+use crate::tolerance;
 
 /// A value for every key that means something; made whole before a point is taken from it.
 #[derive(Clone)]
@@ -46,6 +47,11 @@ impl Draft {
         IntegratorChoice::from_name(self.word(Id::Integrator)).unwrap_or_default()
     }
 
+    /// The tolerance that chooses vertices and stepping; `None` where they are given, and of a soft particle.
+    pub(super) fn tolerance(&self) -> Option<f64> {
+        self.maybe(Id::Tolerance)
+    }
+
     /// The grid point, and the stability limit it was held against.
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
         let mut point = Point {
@@ -66,6 +72,13 @@ impl Draft {
         };
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe(Id::Dt), &point, &limit);
+        let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
+        else {
+            return (point, limit);
+        };
+        let mut point = tolerance::with_vertices(&point, choice.setting.n_vertices);
+        point.stepping = choice.stepping;
+        let limit = StabilityLimit::of(&point);
         (point, limit)
     }
 
@@ -73,9 +86,9 @@ impl Draft {
         if self.word(Id::Model) == "SP" {
             return Model::Soft(Soft { e_w: self.number(Id::EW) });
         }
-        Model::Deformable(Deformable {
+        let mut ring = Deformable {
             gamma: self.number(Id::Gamma),
-            kappa: self.number(Id::Kappa),
+            kappa: self.maybe(Id::Kappa).unwrap_or(PAPER_KAPPA),
             k_a: self.number(Id::KA),
             n_vertices: self.number(Id::NVertices) as usize,
             e_w: self.maybe(Id::EW).unwrap_or(if self.word(Id::Scene) == "channel" { 1e6 } else { 1e4 }),
@@ -86,7 +99,13 @@ impl Draft {
             gravity: GravityForm::from_name(self.word(Id::Gravity)).unwrap_or_default(),
             self_contact: SelfContact::from_name(self.word(Id::SelfContact)).unwrap_or_default(),
             engulfed: Engulfed::from_name(self.word(Id::Engulfed)).unwrap_or_default(),
-        })
+        };
+        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for good.
+        let hangs = matches!(self.word(Id::Scene), "obstacles" | "disc");
+        if self.maybe(Id::Kappa).is_none() && hangs && vertices_pile_up(&ring) {
+            ring.kappa = ring.linear_kappa();
+        }
+        Model::Deformable(ring)
     }
 
     fn scene(&self) -> Scene {

@@ -1,7 +1,7 @@
 //! Combines the sections of a file: inheritance, defaults, and the product of the axes of every block.
 
 use super::Block;
-use super::checks::{Breach, CHECKS};
+use super::checks::{Breach, CHECKS, measured};
 use super::draft::Draft;
 use super::grid::place_on_axes;
 use super::interval::Short;
@@ -125,6 +125,7 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
             }
         }
     }
+    sound &= chosen_once(&draft, view, problems);
     if !sound {
         return None;
     }
@@ -144,7 +145,21 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
     let (points, point_ids) = product(&draft, &axes, view, (size / runs) as usize, problems);
     let name = view.section().text(Id::Name)?.to_owned();
     let integrator = draft.integrator();
-    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator })
+    let tolerance = draft.tolerance();
+    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator, tolerance })
+}
+
+/// What a tolerance chooses must not be given as well.
+fn chosen_once(draft: &Draft, view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    let chosen = [Id::NVertices, Id::Dt, Id::Integrator].map(|id| view.get(id));
+    let twice: Vec<&Entry> = chosen.into_iter().flatten().filter(|_| draft.tolerance().is_some()).collect();
+    for entry in &twice {
+        let name = KEYS.iter().find(|key| key.id == entry.id).map_or("", |key| key.name);
+        let message = format!("`tolerance` is given as well, and chooses `{name}`");
+        let help = format!("keep `tolerance` or `{name}`; a block takes back the file's with tolerance = \"none\"");
+        problems.add(entry.span.clone(), Some(entry.path.clone()), message, Some(help));
+    }
+    twice.is_empty()
 }
 
 fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {
@@ -192,12 +207,14 @@ fn product(
         }
         let (point, limit) = draft.point();
         let id = point.id();
-        let breaches: Vec<Breach> = CHECKS.iter().filter_map(|check| check(&point, &limit)).collect();
+        let refused = draft.tolerance().and_then(|tolerance| measured(&point, tolerance));
+        let checks = CHECKS.iter().filter_map(|check| check(&point, &limit));
+        let breaches: Vec<Breach> = checks.chain(refused).collect();
         ((Arc::new(point), id), breaches)
     };
     let ((points, point_ids), breaches): ((Vec<_>, Vec<_>), Vec<_>) = (0..size).into_par_iter().map(made).unzip();
     // Each check blames a key of its own.
-    for blamed in [Id::Dt, Id::Integrator, Id::Density, Id::SigmaOb, Id::HStart] {
+    for blamed in [Id::Tolerance, Id::Dt, Id::Integrator, Id::Density, Id::SigmaOb, Id::HStart] {
         let of_all =
             breaches.iter().enumerate().flat_map(|(index, list)| list.iter().map(move |breach| (index, breach)));
         let breaches: Vec<(usize, &Breach)> = of_all.filter(|(_, breach)| breach.id == blamed).collect();

@@ -23,8 +23,8 @@ pub struct Display {
 }
 
 impl Display {
-    /// Says what is about to happen.
-    pub fn new(plan: &Plan, dir: &Path, threads: usize, quiet: bool) -> Self {
+    /// Says what is about to happen; `go_on` of the jobs have a checkpoint.
+    pub fn new(plan: &Plan, go_on: usize, dir: &Path, threads: usize, quiet: bool) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = tracing::error_span!("campaign");
             let style = ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}");
@@ -35,7 +35,8 @@ impl Display {
         });
         if !quiet {
             let (jobs, dir) = (plan.jobs.len(), dir.display());
-            eprintln!("{}: {jobs} jobs to run on {threads} threads, results go to {dir}", plan.campaign);
+            let from = if go_on == 0 { String::new() } else { format!(", {go_on} from where they were saved,") };
+            eprintln!("{}: {jobs} jobs to run{from} on {threads} threads, results go to {dir}", plan.campaign);
         }
         Self { bar, quiet, next_line: FIRST_LINE, elapsed: Duration::ZERO }
     }

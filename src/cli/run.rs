@@ -1,21 +1,23 @@
 //! `meniscus run CAMPAIGN.toml`: plan, run, resume, and end with the tables.
 
+use super::deadline::{Deadline, parse_time};
 use super::progress::Display;
 use super::{Exit, Outcome, fit, print, store_of};
 use meniscus::campaign::Campaign;
-use meniscus::executor::schedule::StopReason;
-use meniscus::executor::{self, Options};
+use meniscus::executor::schedule::{Progress, StopReason};
+use meniscus::executor::{self, Options, Paused, Report};
 use meniscus::plan::{KnownJobs, Plan, Retry, plan};
-use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, job_states, open_reading};
+use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading};
 use meniscus::trajectory::FailureClass;
 use meniscus::{speed, vector};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::collections::HashSet;
 use std::error::Error;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -28,9 +30,12 @@ pub struct Arguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Stop after this time: 90s, 45m, 8h, 2d; trajectories under way begin anew next time
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    deadline: Option<Duration>,
+    /// Stop after this time (90s, 45m, 8h, 2d) or when the clock shows it (07:30); trajectories under way are saved
+    #[arg(long, value_name = "TIME", value_parser = Deadline::parse)]
+    deadline: Option<Deadline>,
+    /// Save trajectories under way after every so much time
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = parse_time)]
+    checkpoint_every: Duration,
     /// Run failed jobs of this class again: unstable, engulfed, crossed, panicked, io, bad_input, or all
     #[arg(long, value_name = "CLASS", value_parser = parse_class)]
     retry: Option<RetryClass>,
@@ -38,7 +43,7 @@ pub struct Arguments {
 
 /// Which failures to try again.
 #[derive(Clone, Copy, Debug)]
-enum RetryClass {
+pub enum RetryClass {
     All,
     Only(FailureClass),
 }
@@ -46,49 +51,79 @@ enum RetryClass {
 impl Arguments {
     /// Runs the subcommand.
     pub fn run(&self, quiet: bool) -> Outcome {
+        let begin = Instant::now();
+        let deadline = self.deadline.map(Deadline::from_now);
         let campaign = Campaign::load(&self.campaign)?;
         let dir = store_of(self.store.as_deref(), &campaign.name);
-        let threads = threads(self.threads);
-        if self.retry.is_none() && nothing_to_do(&campaign, &dir)? {
-            return self.finish(&campaign, &dir, quiet, None);
+        let effort = Effort {
+            threads: threads(self.threads),
+            deadline: deadline.map(|deadline| deadline.saturating_sub(begin.elapsed())),
+            checkpoint_every: self.checkpoint_every,
+            retry: self.retry,
+        };
+        match effort.execute(&campaign, &dir, quiet)? {
+            Some(early) => self.stopped(&dir, quiet, early),
+            None => self.finish(&campaign, &dir, quiet),
         }
-        let interrupted = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            // The second signal ends the process at once; only then is the flag set.
-            signal_hook::flag::register_conditional_shutdown(signal, Exit::Interrupted as i32, interrupted.clone())?;
-            signal_hook::flag::register(signal, interrupted.clone())?;
+    }
+
+    /// Says why not all was done, what is saved, and how to go on. No tables: somebody waits for the end.
+    fn stopped(&self, dir: &Path, quiet: bool, early: EarlyEnd) -> Outcome {
+        let EarlyEnd { reason, progress, paused } = early;
+        let again = self.again();
+        let ended = progress.ended;
+        let mut kept = format!(
+            "{ended} trajectories of this run are finished and in the store, {} under way are saved",
+            paused.saved
+        );
+        if paused.unsaved > 0 {
+            let _ = write!(kept, ", {} had just begun or could not be saved", paused.unsaved);
         }
-        let mut store = Store::open(&dir)?;
-        let level = vector::best_level();
-        if let Some(class) = self.retry {
-            store.retry(match class {
-                RetryClass::All => None,
-                RetryClass::Only(class) => Some(class),
-            })?;
+        let say = |why: &str| {
+            if !quiet {
+                eprintln!(
+                    "{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {}",
+                    shown(dir)
+                );
+            }
+        };
+        match reason {
+            StopReason::Interrupted => say("interrupted"),
+            StopReason::Deadline => {
+                say("the deadline came");
+                return Ok(Exit::Done);
+            }
+            StopReason::Breaker { class, failures } => {
+                let (class, dir) = (class.name(), shown(dir));
+                return Err(format!(
+                    "stopped, for {failures} jobs, most of them, failed alike ({class}); {kept}.\n  \
+                     look: meniscus query {dir} \"select job_id, error, dump from failures limit 5\"\n  \
+                     see one fail: meniscus replay {dir}/DUMP\n  \
+                     try them again: {again} --retry {class}"
+                )
+                .into());
+            }
+            StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
         }
-        let registered = register(&mut store, &campaign)?;
-        let plan = plan(&campaign, &KnownJobs::new(job_states(&dir)?), &Retry::Nothing, &speed::measure(level));
-        store.begin_run(&Provenance {
-            program_version: env!("CARGO_PKG_VERSION"),
-            git_commit: env!("MENISCUS_COMMIT"),
-            rustc: env!("MENISCUS_RUSTC"),
-            cpu_features: &format!("{level:?}"),
-            campaign: registered,
-        })?;
-        let mut display = Display::new(&plan, &dir, threads, quiet);
-        let options = Options { threads, level, deadline: self.deadline, interrupted: &interrupted };
-        let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
-        display.finish(&report.progress);
-        // The lock goes with the store, before the fits take it again.
-        drop(report.store);
-        self.finish(&campaign, &dir, quiet, report.stopped)
+        Ok(Exit::Interrupted)
+    }
+
+    /// The command that goes on.
+    fn again(&self) -> String {
+        let mut command = format!("meniscus run {}", shown(&self.campaign));
+        if let Some(store) = &self.store {
+            let _ = write!(command, " --store {}", shown(store));
+        }
+        if let Some(threads) = self.threads {
+            let _ = write!(command, " --threads {threads}");
+        }
+        command
     }
 
     /// Fits, prints the tables, and says how it ended.
-    fn finish(&self, campaign: &Campaign, dir: &Path, quiet: bool, stopped: Option<StopReason>) -> Outcome {
+    fn finish(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Outcome {
         let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
         print(&fit::tables(dir, |id| mine.contains(&id))?)?;
-        let again = format!("meniscus run {}", self.campaign.display());
         let plan = plan_now(campaign, dir)?;
         let failed: u64 = plan.blocks.iter().map(|block| block.counts.failed).sum();
         let done: u64 = plan.blocks.iter().map(|block| block.counts.done).sum();
@@ -97,38 +132,84 @@ impl Arguments {
                 eprintln!("{text}");
             }
         };
-        match stopped {
-            Some(StopReason::Interrupted) => {
-                say(format!("interrupted; everything finished is saved. To go on: {again}"));
-                return Ok(Exit::Interrupted);
-            }
-            Some(StopReason::Deadline) => {
-                say(format!("the deadline came; everything finished is saved. To go on: {again}"));
-                return Ok(Exit::Done);
-            }
-            Some(StopReason::Breaker { class, failures }) => {
-                return Err(format!(
-                    "stopped, for {failures} jobs, most of them, failed alike ({}).\n  look: meniscus query {} \"select job_id, error \
-                     from runs where state = 'failed' limit 5\"\n  then: {again} --retry {}",
-                    class.name(),
-                    dir.display(),
-                    class.name()
-                )
-                .into());
-            }
-            Some(StopReason::WriterStopped) => return Err("the store took no more outcomes".into()),
-            None => {}
-        }
         if failed > 0 {
             say(format!(
-                "{done} jobs are done, {failed} failed; see them with: meniscus query {} \"select job_id, error_class, error \
-                 from runs where state = 'failed'\"",
-                dir.display()
+                "{done} jobs are done, {failed} failed; see them with: meniscus query {} \"select * from failures\"",
+                shown(dir)
             ));
             return Ok(Exit::FailedJobs);
         }
         say(format!("all {done} jobs are done; the results are in {}", dir.display()));
         Ok(Exit::Done)
+    }
+}
+
+/// How a campaign is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Worker threads.
+    pub threads: usize,
+    /// Time after which to stop.
+    pub deadline: Option<Duration>,
+    /// Time between two checkpoints.
+    pub checkpoint_every: Duration,
+    /// Failures to try again.
+    pub retry: Option<RetryClass>,
+}
+
+/// A run that ended before all was done.
+#[derive(Debug)]
+pub struct EarlyEnd {
+    /// Why.
+    pub reason: StopReason,
+    /// What it got done.
+    pub progress: Progress,
+    /// What was under way.
+    pub paused: Paused,
+}
+
+impl Effort {
+    /// Runs what the store in `dir` does not hold yet of a campaign; tells if not all was run.
+    pub fn execute(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Result<Option<EarlyEnd>, Box<dyn Error>> {
+        if self.retry.is_none() && nothing_to_do(campaign, dir)? {
+            return Ok(None);
+        }
+        let begin = Instant::now();
+        let interrupted = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // The second signal ends the process at once; only then is the flag set.
+            signal_hook::flag::register_conditional_shutdown(signal, Exit::Interrupted as i32, interrupted.clone())?;
+            signal_hook::flag::register(signal, interrupted.clone())?;
+        }
+        let mut store = Store::open(dir)?;
+        let level = vector::best_level();
+        if let Some(class) = self.retry {
+            store.retry(match class {
+                RetryClass::All => None,
+                RetryClass::Only(class) => Some(class),
+            })?;
+        }
+        let registered = register(&mut store, campaign)?;
+        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &speed::measure(level));
+        store.begin_run(&Provenance {
+            program_version: env!("CARGO_PKG_VERSION"),
+            git_commit: env!("MENISCUS_COMMIT"),
+            rustc: env!("MENISCUS_RUSTC"),
+            cpu_features: &format!("{level:?}"),
+            campaign: registered,
+        })?;
+        let unfinished = store.folders().unfinished();
+        let go_on = plan.jobs.iter().filter(|job| unfinished.contains(&job.id)).count();
+        let mut display = Display::new(&plan, go_on, dir, self.threads, quiet);
+        let deadline = self.deadline.map(|deadline| deadline.saturating_sub(begin.elapsed()));
+        let Self { threads, checkpoint_every, .. } = *self;
+        let options = Options { threads, level, deadline, checkpoint_every, interrupted: &interrupted };
+        let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
+        display.finish(&report.progress);
+        let Report { store, progress, stopped, paused } = report;
+        // The lock goes with the store, before the fits take it again.
+        drop(store);
+        Ok(stopped.map(|reason| EarlyEnd { reason, progress, paused }))
     }
 }
 
@@ -144,8 +225,11 @@ fn plan_now(campaign: &Campaign, dir: &Path) -> Result<Plan, Box<dyn Error>> {
 
 /// Whether every job of the campaign is done or has failed.
 fn nothing_to_do(campaign: &Campaign, dir: &Path) -> Result<bool, Box<dyn Error>> {
-    if open_reading(dir)?.is_none() {
-        return Ok(false);
+    match open_reading(dir) {
+        // An older store is migrated by the run.
+        Ok(None) | Err(StoreError::Older { .. }) => return Ok(false),
+        Ok(Some(_)) => {}
+        Err(error) => return Err(error.into()),
     }
     let plan = plan_now(campaign, dir)?;
     Ok(plan.jobs.is_empty() && plan.blocks.iter().all(|block| block.counts.running == 0))
@@ -162,18 +246,11 @@ fn register(store: &mut Store, campaign: &Campaign) -> Result<i64, Box<dyn Error
     Ok(store.register(&record, &points)?.campaign)
 }
 
-/// `90s`, `45m`, `8h`, `2d`.
-fn parse_time(text: &str) -> Result<Duration, String> {
-    let wrong = || format!("`{text}` is no time: write a number and s, m, h or d, like 8h");
-    let unit = match text.chars().last() {
-        Some('s') => 1.0,
-        Some('m') => 60.0,
-        Some('h') => 3600.0,
-        Some('d') => 86400.0,
-        _ => return Err(wrong()),
-    };
-    let number: f64 = text[..text.len() - 1].parse().map_err(|_| wrong())?;
-    Duration::try_from_secs_f64(number * unit).map_err(|_| wrong())
+/// A path as one types it.
+fn shown(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "-_./+,:@%=".contains(c);
+    if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }
 }
 
 fn parse_class(text: &str) -> Result<RetryClass, String> {

@@ -5,6 +5,7 @@
 //! adds exact zeros to every sum, and no loop needs a tail.
 
 use crate::job::{MASS, regular_edge};
+use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, padded};
 use std::f64::consts::PI;
 
@@ -17,23 +18,23 @@ pub struct Ring {
     /// Number of vertices.
     pub n: usize,
     /// x of each vertex relative to the origin, `padded(n) + 8` long.
-    pub x: Vec<f64>,
+    pub x: Aligned,
     /// y, likewise.
-    pub y: Vec<f64>,
+    pub y: Aligned,
     /// x velocity half a step ahead of the positions before them, `padded(n)` long, zero from `n` on.
-    pub ux: Vec<f64>,
+    pub ux: Aligned,
     /// y velocity, likewise.
-    pub uy: Vec<f64>,
+    pub uy: Aligned,
     /// Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7.
-    pub edge_x: Vec<f64>,
+    pub edge_x: Aligned,
     /// Edge vectors, y, likewise.
-    pub edge_y: Vec<f64>,
+    pub edge_y: Aligned,
     /// Tension over smoothed length of each edge, likewise.
-    pub coefficient: Vec<f64>,
+    pub coefficient: Aligned,
     /// Forces of walls and the like on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
-    pub force_x: Vec<f64>,
+    pub force_x: Aligned,
     /// The same, y.
-    pub force_y: Vec<f64>,
+    pub force_y: Aligned,
     /// Where the local coordinates start.
     pub origin: [f64; 2],
 }
@@ -43,13 +44,13 @@ impl Ring {
     pub fn regular(n: usize, centre: [f64; 2], radius: f64) -> Self {
         let long = padded(n) + LANES;
         let origin = centre.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
-        let zeros = || vec![0.0; long];
+        let zeros = || Aligned::zeros(long);
         let mut ring = Self {
             n,
             x: zeros(),
             y: zeros(),
-            ux: vec![0.0; padded(n)],
-            uy: vec![0.0; padded(n)],
+            ux: Aligned::zeros(padded(n)),
+            uy: Aligned::zeros(padded(n)),
             edge_x: zeros(),
             edge_y: zeros(),
             coefficient: zeros(),

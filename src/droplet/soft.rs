@@ -10,13 +10,18 @@ use crate::droplet::deformable::ORIGIN_STEP;
 use crate::job::MASS;
 use crate::scene::wall::{Shape, Walls};
 use crate::shape::{LoadRecord, ShapeRecord};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
 
 /// Smallest distance that the near-wall drag knows, in sigma: the rim of a soft particle sinks into walls.
 const NEAREST: f64 = 0.01;
+
+/// Steps between two looks at whether to stop: about 10 ms.
+const PIECE: u64 = 1 << 20;
 
 /// What acts on a soft particle.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +53,18 @@ pub struct SoftMotion<W: Walls> {
     /// How far from a skeleton the listed walls may be, so that the nearest is among them.
     far: f64,
     slack: f64,
+    /// Where the point was when the list was made.
+    listed_at: [f64; 2],
+}
+
+/// What decides how a soft particle goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SoftState {
+    position: [f64; 2],
+    velocity: [f64; 2],
+    origin: [f64; 2],
+    listed_at: [f64; 2],
+    slack: f64,
 }
 
 impl<W: Walls> SoftMotion<W> {
@@ -64,6 +81,7 @@ impl<W: Walls> SoftMotion<W> {
             near: Vec::new(),
             far: 0.0,
             slack: f64::NEG_INFINITY,
+            listed_at: [f64::NAN; 2],
         };
         motion.list_near();
         let force = motion.force();
@@ -71,6 +89,23 @@ impl<W: Walls> SoftMotion<W> {
             motion.velocity[k] = 0.5 * dt / MASS * force[k];
             motion.position[k] += dt * motion.velocity[k];
         }
+        motion
+    }
+
+    /// Its state between two steps.
+    pub fn state(&self) -> SoftState {
+        let Self { position, velocity, origin, listed_at, slack, .. } = *self;
+        SoftState { position, velocity, origin, listed_at, slack }
+    }
+
+    /// Goes on from `state`. The list is made where it was: with near-wall drag it decides how far is looked, and so the last bits.
+    pub fn resume(state: SoftState, effects: SoftEffects, dt: f64, walls: Arc<W>) -> Self {
+        let SoftState { position, velocity, origin, listed_at, slack } = state;
+        let (near, far) = (Vec::new(), 0.0);
+        let mut motion =
+            Self { position: listed_at, velocity, origin, effects, dt, walls, near, far, slack, listed_at };
+        motion.list_near();
+        (motion.position, motion.slack) = (position, slack);
         motion
     }
 
@@ -98,6 +133,7 @@ impl<W: Walls> SoftMotion<W> {
         }
         self.near.sort_by_key(Shape::id);
         self.slack = SKIN;
+        self.listed_at = self.position;
     }
 
     /// Force at the present position, drag apart.
@@ -136,6 +172,19 @@ impl<W: Walls> SoftMotion<W> {
         }
     }
 
+    /// The same; false, and somewhere on the way, once `stop` is set.
+    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
+        let mut left = steps;
+        while left > 0 {
+            if stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            self.advance(left.min(PIECE));
+            left -= left.min(PIECE);
+        }
+        true
+    }
+
     fn advance_with<const NEAR_WALL: bool>(&mut self, steps: u64) {
         let factors = |rate: f64, dt: f64| {
             let damping = 0.5 * dt * rate;
@@ -148,8 +197,10 @@ impl<W: Walls> SoftMotion<W> {
             }
             let force = self.force();
             for k in 0..2 {
+                // x + dt u+, with what does not wait for the force made first.
+                let coasting = self.position[k] + self.dt * keep * self.velocity[k];
                 self.velocity[k] = self.velocity[k] * keep + force[k] * push;
-                self.position[k] += self.dt * self.velocity[k];
+                self.position[k] = coasting + self.dt * push * force[k];
             }
             let [vx, vy] = self.velocity;
             self.slack -= self.dt * (vx.abs() + vy.abs());

@@ -165,12 +165,18 @@ impl<W: Walls> Contact<W> {
     /// Whether an edge that was pushed touches no longer.
     #[inline(always)]
     fn has_lost<S: Simd>(&self, simd: S, ring: &Ring) -> bool {
-        self.stretches.iter().any(|stretch| {
-            (stretch.start..stretch.end).step_by(LANES).any(|i| {
+        // Loops, for a closure is not compiled for the instruction set that it is called from.
+        for stretch in &self.stretches {
+            for i in (stretch.start..stretch.end).step_by(LANES) {
                 let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
-                touch.is_some_and(|touch| touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true())
-            })
-        })
+                if let Some(Touch { overlap, .. }) = touch
+                    && overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true()
+                {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Notes what each edge is pushed with.
@@ -275,6 +281,20 @@ impl<W: Walls> RingForce for Contact<W> {
 
     fn let_go(&mut self) {
         self.holds = false;
+    }
+
+    /// The pushes, which are those before the origin last moved; none if nothing was pushed.
+    fn memory(&self) -> Vec<f64> {
+        if self.pushes.iter().any(|push| *push != 0.0) { self.pushes.clone() } else { Vec::new() }
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        if memory.is_empty() {
+            self.pushes.fill(0.0);
+        } else if memory.len() == self.pushes.len() {
+            self.pushes.copy_from_slice(memory);
+        }
+        memory.is_empty() || memory.len() == self.pushes.len()
     }
 
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {

@@ -2,9 +2,8 @@
 //!
 //! The damping rate is `b_inf/M = 1/V_t`, whatever the number of vertices: 33 per t0 at V_t = 0.03.
 
-use super::Drag;
+use super::{Drag, Rates};
 use crate::droplet::deformable::Ring;
-use fearless_simd::{f64x8, prelude::*};
 
 /// The same drag on every vertex.
 #[derive(Clone, Copy, Debug)]
@@ -16,8 +15,7 @@ pub struct FarDrag {
 impl Drag for FarDrag {
     fn update(&mut self, _: f64, _: &Ring) {}
 
-    #[inline(always)]
-    fn rate<S: Simd>(&self, simd: S, _: usize) -> f64x8<S> {
-        f64x8::splat(simd, self.rate)
+    fn rates(&self) -> Rates<'_> {
+        Rates::Even(self.rate)
     }
 }

@@ -5,10 +5,11 @@
 //!
 //! Example: at `b0/b_inf = 0.4`, one diameter away, a vertex is damped at 1.4/V_t.
 
-use super::Drag;
+use super::{Drag, Rates};
 use crate::droplet::deformable::Ring;
 use crate::on_level;
 use crate::scene::wall::{Edges, Shape, Walls};
+use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, load, max_lanes, padded, store};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
 use std::ops::Range;
@@ -23,12 +24,12 @@ const SKIN: f64 = 0.05;
 /// The near-wall drag of a ring, among walls of any scene.
 #[derive(Debug)]
 pub struct NearWallDrag {
-    rates: Vec<f64>,
-    distances: Box<dyn Rates>,
+    rates: Aligned,
+    distances: Box<dyn Update>,
 }
 
 /// What brings the damping rates up to date.
-trait Rates: Send + Sync + std::fmt::Debug {
+trait Update: Send + Sync + std::fmt::Debug {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]);
 }
 
@@ -61,7 +62,8 @@ impl NearWallDrag {
         delta: f64,
         level: Level,
     ) -> Self {
-        let rates = vec![1.0 / v_t; padded(n_vertices)];
+        let mut rates = Aligned::zeros(padded(n_vertices));
+        rates.fill(1.0 / v_t);
         let distances = Box::new(NearestWalls {
             walls,
             level,
@@ -171,11 +173,17 @@ fn power<S: Simd>(simd: S, d: f64x8<S>, alpha: f64) -> f64x8<S> {
     (root * root) * (root * root)
 }
 
-impl<W: Walls> Rates for NearestWalls<W> {
+impl<W: Walls> Update for NearestWalls<W> {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]) {
         self.slack -= distance;
         if !(self.slack >= 0.0) || self.list_origin != ring.origin {
             self.list(ring);
+            if self.shapes.is_empty() {
+                rates.fill(self.far_rate);
+            }
+        }
+        if self.shapes.is_empty() {
+            return;
         }
         on_level!(self.level, simd => self.update_with(simd, ring, rates));
     }
@@ -186,9 +194,8 @@ impl Drag for NearWallDrag {
         self.distances.update(distance, ring, &mut self.rates);
     }
 
-    #[inline(always)]
-    fn rate<S: Simd>(&self, simd: S, at: usize) -> f64x8<S> {
-        load(simd, &self.rates, at)
+    fn rates(&self) -> Rates<'_> {
+        Rates::Each(&self.rates)
     }
 }
 

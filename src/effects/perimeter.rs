@@ -2,8 +2,7 @@
 //!
 //! Weak at the default `kappa = K_l/Gamma = 1e-3`: it keeps vertices from drifting together, and little more.
 
-use super::EdgeForce;
-use fearless_simd::{f64x8, prelude::*};
+use super::{EdgeForce, TensionLaw};
 
 /// Spring of each edge, `T = K_l N_v (l - l0)`.
 #[derive(Clone, Copy, Debug)]
@@ -15,19 +14,11 @@ pub struct Perimeter {
 }
 
 impl EdgeForce for Perimeter {
-    const NEEDS_LENGTH: bool = true;
-
-    #[inline(always)]
-    fn coefficient<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
-        (1.0 - inverse_length * self.rest) * self.stiffness
+    fn law(self) -> TensionLaw {
+        TensionLaw { constant: -self.stiffness * self.rest, per_length: self.stiffness }
     }
 
     fn energy(self, length: f64) -> f64 {
         0.5 * self.stiffness * (length - self.rest) * (length - self.rest)
-    }
-
-    #[inline(always)]
-    fn slope<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
-        inverse_length * inverse_length * inverse_length * (self.stiffness * self.rest)
     }
 }

@@ -234,6 +234,34 @@ impl RingForce for SelfContact {
         !self.pairs.is_empty()
     }
 
+    /// The whole list: the ways along the ring are those of when it was made.
+    fn memory(&self) -> Vec<f64> {
+        let n = self.listed_x.len();
+        let numbers = [self.slack, self.whole_way].into_iter().chain(self.way[..n].iter().copied());
+        let listed = self.listed_x.iter().chain(&self.listed_y).copied();
+        let pairs = self.pairs.iter().flat_map(|pair| [pair.vertices as f64, pair.edge as f64]);
+        numbers.chain(listed).chain(pairs).collect()
+    }
+
+    fn recall(&mut self, memory: &[f64]) -> bool {
+        let n = self.listed_x.len();
+        let Some((numbers, pairs)) = memory.split_at_checked(2 + 3 * n) else { return false };
+        let (pairs, rest) = pairs.as_chunks::<2>();
+        let is_pair = |&[a, j]: &[f64; 2]| {
+            let within = |place: f64, end: usize| place.fract() == 0.0 && place >= 0.0 && place < end as f64;
+            within(a, n) && (a as usize).is_multiple_of(LANES) && within(j, n)
+        };
+        if !rest.is_empty() || !pairs.iter().all(is_pair) {
+            return false;
+        }
+        (self.slack, self.whole_way) = (numbers[0], numbers[1]);
+        self.way[..n].copy_from_slice(&numbers[2..2 + n]);
+        self.listed_x.copy_from_slice(&numbers[2 + n..2 + 2 * n]);
+        self.listed_y.copy_from_slice(&numbers[2 + 2 * n..]);
+        self.pairs = pairs.iter().map(|&[a, j]| Pair { vertices: a as usize, edge: j as usize }).collect();
+        true
+    }
+
     fn add(&self, ring: &mut Ring) {
         on_level!(self.level, simd => self.add_with(simd, ring));
     }

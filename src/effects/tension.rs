@@ -3,8 +3,7 @@
 //!
 //! Example: a circle of radius R under Gamma = 1 holds against a pressure `Gamma/R`.
 
-use super::EdgeForce;
-use fearless_simd::{f64x8, prelude::*};
+use super::{EdgeForce, TensionLaw};
 
 /// Constant tension `T = Gamma`.
 #[derive(Clone, Copy, Debug)]
@@ -14,20 +13,12 @@ pub struct Tension {
 }
 
 impl EdgeForce for Tension {
-    const NEEDS_LENGTH: bool = true;
-
-    #[inline(always)]
-    fn coefficient<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
-        inverse_length * self.gamma
+    fn law(self) -> TensionLaw {
+        TensionLaw { constant: self.gamma, per_length: 0.0 }
     }
 
     fn energy(self, length: f64) -> f64 {
         self.gamma * length
-    }
-
-    #[inline(always)]
-    fn slope<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
-        inverse_length * inverse_length * inverse_length * -self.gamma
     }
 }
 
@@ -43,20 +34,12 @@ pub struct LinearTension {
 }
 
 impl EdgeForce for LinearTension {
-    const NEEDS_LENGTH: bool = false;
-
-    #[inline(always)]
-    fn coefficient<S: Simd>(self, simd: S, _: f64x8<S>) -> f64x8<S> {
-        f64x8::splat(simd, self.stiffness)
+    fn law(self) -> TensionLaw {
+        TensionLaw { constant: 0.0, per_length: self.stiffness }
     }
 
     fn energy(self, length: f64) -> f64 {
         0.5 * self.stiffness * (length * length + self.rest * self.rest)
-    }
-
-    #[inline(always)]
-    fn slope<S: Simd>(self, simd: S, _: f64x8<S>) -> f64x8<S> {
-        f64x8::splat(simd, 0.0)
     }
 }
 

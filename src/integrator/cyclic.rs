@@ -18,9 +18,10 @@ mod lanes;
 
 use crate::effects::stiffness::Stiffness;
 use crate::on_level;
-use crate::vector::LANES;
+use crate::vector::aligned::Aligned;
+use crate::vector::{LANES, fma, load, store, sum_lanes};
 use block::{Block, Number, Pivot};
-use fearless_simd::Level;
+use fearless_simd::{Level, f64x8, prelude::*};
 use lanes::Lanes;
 
 /// Fewest vertices of a ring that is cut into eight chains.
@@ -44,8 +45,7 @@ pub struct NotPositiveDefinite;
 pub struct CyclicSolver {
     ring: RingSolver,
     lanes: Lanes,
-    /// Solutions for b and g, by vertex.
-    solved: Vec<Block<f64>>,
+    solved: Solution,
 }
 
 /// A chain on its way from vertex 0 to vertex h.
@@ -114,7 +114,7 @@ impl CyclicSolver {
     /// Work space for `n >= 3` vertices.
     pub fn new(n: usize) -> Self {
         let ring = RingSolver { rows: vec![Row::default(); n.max(2 * LANES)] };
-        Self { ring, lanes: Lanes::new(n), solved: vec![Block::default(); n] }
+        Self { ring, lanes: Lanes::new(n), solved: Solution::new(n) }
     }
 
     /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`; entries from `n` on are left alone.
@@ -132,29 +132,73 @@ impl CyclicSolver {
         let n = matrix.n;
         let [bx, by] = b;
         let system = System { matrix, b: [&*bx, &*by], g };
-        let solved = &mut self.solved[..n];
+        let solved = &mut self.solved;
         if n < LONG {
-            self.ring.solve(&system, solved)?;
+            self.ring.solve(&system)?.iter().enumerate().for_each(|(vertex, row)| solved.set(vertex, row.right));
         } else {
             let (lanes, mut rest) = (&mut self.lanes, [Block::default(); 2 * LANES]);
             if !on_level!(level, simd => lanes.reduce(simd, &system, n)) {
                 return Err(NotPositiveDefinite);
             }
             let rest = &mut rest[..lanes.matrix.n];
-            self.ring.solve(&lanes.system(), rest)?;
+            let solution = self.ring.solve(&lanes.system())?;
+            rest.iter_mut().zip(solution).for_each(|(rest, row)| *rest = row.right);
             on_level!(level, simd => lanes.substitute(simd, n, rest, solved));
         }
-        let (mut along, mut own) = ([0.0; LANES], [0.0; LANES]);
-        for (i, solved) in self.solved[..n].iter().enumerate() {
-            along[i % LANES] += g[0][i] * solved.xx + g[1][i] * solved.yx;
-            own[i % LANES] += g[0][i] * solved.xy + g[1][i] * solved.yy;
-        }
-        let share = k * along.iter().sum::<f64>() / (1.0 + k * own.iter().sum::<f64>());
-        for (i, solved) in self.solved[..n].iter().enumerate() {
-            bx[i] = solved.xx - share * solved.xy;
-            by[i] = solved.yx - share * solved.yy;
-        }
+        on_level!(level, simd => solved.combine(simd, n, k, g, [bx, by]));
         Ok(())
+    }
+}
+
+/// Solutions for b and g: entries of the blocks by vertex.
+#[derive(Clone, Debug)]
+struct Solution {
+    xx: Aligned,
+    xy: Aligned,
+    yx: Aligned,
+    yy: Aligned,
+}
+
+impl Solution {
+    fn new(n: usize) -> Self {
+        let zeros = || Aligned::zeros(n);
+        Self { xx: zeros(), xy: zeros(), yx: zeros(), yy: zeros() }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, vertex: usize, block: Block<f64>) {
+        self.xx[vertex] = block.xx;
+        self.xy[vertex] = block.xy;
+        self.yx[vertex] = block.yx;
+        self.yy[vertex] = block.yy;
+    }
+
+    /// The solution with the term of rank one, into `b`.
+    #[inline(always)]
+    fn combine<S: Simd>(&self, simd: S, n: usize, k: f64, g: [&[f64]; 2], b: [&mut [f64]; 2]) {
+        let [bx, by] = b;
+        let zero = f64x8::splat(simd, 0.0);
+        let (mut along, mut own) = (zero, zero);
+        let whole = n / LANES * LANES;
+        for i in (0..whole).step_by(LANES) {
+            let (gx, gy) = (load(simd, g[0], i), load(simd, g[1], i));
+            along = fma(gx, load(simd, &self.xx, i), fma(gy, load(simd, &self.yx, i), along));
+            own = fma(gx, load(simd, &self.xy, i), fma(gy, load(simd, &self.yy, i), own));
+        }
+        let (mut along, mut own) = (sum_lanes(along), sum_lanes(own));
+        for i in whole..n {
+            along += g[0][i] * self.xx[i] + g[1][i] * self.yx[i];
+            own += g[0][i] * self.xy[i] + g[1][i] * self.yy[i];
+        }
+        let share = k * along / (1.0 + k * own);
+        for i in (0..whole).step_by(LANES) {
+            store(load(simd, &self.xx, i) - load(simd, &self.xy, i) * share, bx, i);
+            store(load(simd, &self.yx, i) - load(simd, &self.yy, i) * share, by, i);
+        }
+        for i in whole..n {
+            bx[i] = self.xx[i] - share * self.xy[i];
+            by[i] = self.yx[i] - share * self.yy[i];
+        }
     }
 }
 
@@ -165,15 +209,12 @@ struct RingSolver {
 }
 
 impl RingSolver {
-    /// The solutions for b and g, by vertex.
-    fn solve(&mut self, system: &System<'_>, solved: &mut [Block<f64>]) -> Result<(), NotPositiveDefinite> {
+    /// The rows by vertex, with the solutions for b and g as right sides.
+    fn solve(&mut self, system: &System<'_>) -> Result<&[Row<f64>], NotPositiveDefinite> {
         let (n, half) = (system.matrix.n, system.matrix.n / 2);
         let ends = self.eliminate(system, n, half).ok_or(NotPositiveDefinite)?;
         self.substitute(n, half, ends);
-        for (solved, row) in solved.iter_mut().zip(&self.rows) {
-            *solved = row.right;
-        }
-        Ok(())
+        Ok(&self.rows[..n])
     }
 
     /// Eliminates both chains, then vertex h; returns the solution at vertices 0 and h.

@@ -7,9 +7,13 @@
 
 use crate::droplet::deformable::Ring;
 use crate::effects::{Drag, EdgeForce};
+use crate::integrator::memory::{RingState, WrongState};
 use crate::integrator::step_control::{StepControl, WHOLE};
-use crate::integrator::verlet::RingMotion;
+use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::trajectory::{Failure, FailureClass};
+use fearless_simd::Level;
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::AtomicBool;
 
 /// Rise of the total energy within a stretch that only an instability can cause, in g rho sigma^3: 0.6% of the work that
 /// gravity does on a droplet over one diameter.
@@ -39,6 +43,18 @@ pub struct GuardedMotion<E, D> {
     saved: Ring,
 }
 
+/// What decides how a guarded motion goes on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GuardState {
+    ring: RingState,
+    memory: Vec<Vec<f64>>,
+    dt: f64,
+    steps: u64,
+    energy: f64,
+    control: StepControl,
+    refused: u64,
+}
+
 impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     /// Guards a motion from here on.
     pub fn new(mut motion: RingMotion<E, D>) -> Self {
@@ -47,15 +63,60 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
         Self { motion, dt, steps: 0, energy, control, refused: 0, saved }
     }
 
+    /// Its state between two stretches.
+    pub fn state(&self) -> GuardState {
+        GuardState {
+            ring: RingState::of(&self.motion.ring),
+            memory: self.motion.effects.memory(),
+            dt: self.motion.dt,
+            steps: self.steps,
+            energy: self.energy,
+            control: self.control,
+            refused: self.refused,
+        }
+    }
+
+    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`.
+    ///
+    /// # Errors
+    /// [`WrongState`] if it is not one of such a motion.
+    pub fn resume(
+        state: &GuardState,
+        n: usize,
+        effects: RingEffects<E, D>,
+        dt: f64,
+        level: Level,
+    ) -> Result<Self, WrongState> {
+        let mut control = StepControl::new(MOST_HALVINGS, PATIENCE);
+        if !control.resume(state.control) || control.length(dt) != state.dt {
+            return Err(WrongState);
+        }
+        let mut motion = RingMotion::resume(state.ring.ring(n)?, effects, state.dt, level);
+        motion.effects.recall(&state.memory)?;
+        let saved = motion.ring.clone();
+        let GuardState { steps, energy, refused, .. } = *state;
+        Ok(Self { motion, dt, steps, energy, control, refused, saved })
+    }
+
     /// Takes a stretch of `steps` nominal time steps.
     ///
     /// # Errors
     /// Class `unstable` if the energy rises even in the smallest steps; the ring is then where the stretch began.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        self.advance_unless(&AtomicBool::new(false), steps).map(drop)
+    }
+
+    /// The same; false, and somewhere on the way, once `stop` is set.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
         self.saved.clone_from(&self.motion.ring);
         let saved_dt = self.motion.dt;
         loop {
-            self.motion.advance(steps * u64::from(self.control.parts()));
+            if !self.motion.advance_unless(stop, steps * u64::from(self.control.parts())) {
+                return Ok(false);
+            }
             let energy = self.motion.total_energy();
             let rise = energy - self.energy;
             if rise < RISE {
@@ -63,7 +124,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
                 self.steps += steps;
                 self.control.accepted(WHOLE);
                 self.take_length();
-                return Ok(());
+                return Ok(true);
             }
             self.refused += 1;
             let shortest = self.motion.dt;

@@ -27,7 +27,8 @@ pub mod newton;
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
-use crate::effects::{Drag, EdgeForce};
+use crate::effects::{Drag, EdgeForce, Rates};
+use crate::integrator::memory::{RingState, WrongState};
 use crate::integrator::step_control::{StepControl, WHOLE};
 use crate::integrator::verlet::RingEffects;
 use crate::on_level;
@@ -36,6 +37,8 @@ use crate::vector::{LANES, load, store};
 use fearless_simd::{Level, f64x8, prelude::*};
 use field::Field;
 use newton::{Newton, Refusal};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest distance that a vertex may go in one step, in sigma: half of the default vertex diameter, `pi/512`.
 pub const LARGEST_MOVE: f64 = std::f64::consts::PI / 512.0;
@@ -56,7 +59,7 @@ enum Refused {
 }
 
 /// What a run has cost so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Sub-steps accepted; as many as nominal steps if none was refused.
     pub accepted: u64,
@@ -97,6 +100,19 @@ struct Earlier {
     step: f64,
 }
 
+/// What decides how an implicit motion goes on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImplicitState {
+    ring: RingState,
+    memory: Vec<Vec<f64>>,
+    work: Work,
+    control: StepControl,
+    moved: Field,
+    gained: Field,
+    earlier_step: f64,
+    steps: u64,
+}
+
 impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
     /// A ring at rest.
     pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
@@ -129,14 +145,63 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         self.newton.travelled = 0.0;
     }
 
+    /// Its state between two nominal steps.
+    pub fn state(&self) -> ImplicitState {
+        ImplicitState {
+            ring: RingState::of(&self.ring),
+            memory: self.effects.memory(),
+            work: self.work,
+            control: self.control,
+            moved: self.earlier.moved.clone(),
+            gained: self.earlier.gained.clone(),
+            earlier_step: self.earlier.step,
+            steps: self.steps,
+        }
+    }
+
+    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`.
+    ///
+    /// # Errors
+    /// [`WrongState`] if it is not one of such a motion.
+    pub fn resume(
+        state: &ImplicitState,
+        n: usize,
+        effects: RingEffects<E, D>,
+        dt: f64,
+        level: Level,
+    ) -> Result<Self, WrongState> {
+        let mut motion = Self::start(state.ring.ring(n)?, effects, dt, level);
+        let fits = |field: &Field| field.x.len() == motion.earlier.moved.x.len() && field.y.len() == field.x.len();
+        if !fits(&state.moved) || !fits(&state.gained) || !motion.control.resume(state.control) {
+            return Err(WrongState);
+        }
+        // A start is at rest.
+        motion.ring = state.ring.ring(n)?;
+        motion.effects.recall(&state.memory)?;
+        motion.earlier = Earlier { moved: state.moved.clone(), gained: state.gained.clone(), step: state.earlier_step };
+        (motion.work, motion.steps) = (state.work, state.steps);
+        Ok(motion)
+    }
+
     /// Takes `steps` nominal time steps.
     ///
     /// # Errors
     /// `unstable` if a step cannot be solved even at 1/65536 of its length.
     pub fn advance(&mut self, steps: u64) -> Result<(), Failure> {
+        self.advance_unless(&AtomicBool::new(false), steps).map(drop)
+    }
+
+    /// The same; false, and somewhere on the way, once `stop` is set.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
         for _ in 0..steps {
             let mut at = 0;
             while at < WHOLE {
+                if stop.load(Ordering::Relaxed) {
+                    return Ok(false);
+                }
                 match self.try_step(self.control.length(self.dt)) {
                     Ok(()) => {
                         at += self.control.ticks();
@@ -147,13 +212,13 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             }
             self.steps += 1;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Puts the ring back where the refused sub-step began, and halves the next one.
     fn retreat(&mut self, refused: Refused) -> Result<(), Failure> {
         self.work.refused += 1;
-        let back = self.newton.displacement.largest();
+        let back = self.newton.displacement.largest(self.level);
         self.newton.displacement = Field::zero(self.ring.n);
         self.newton.place(&mut self.ring, &mut self.effects, if back.is_finite() { back } else { f64::INFINITY });
         if matches!(refused, Refused::Newton(_)) {
@@ -179,14 +244,14 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             newton.displacement.x[i] = h * (ring.ux[i] + 0.5 * ratio * earlier.gained.x[i]);
             newton.displacement.y[i] = h * (ring.uy[i] + 0.5 * ratio * earlier.gained.y[i]);
         }
-        let far = newton.displacement.largest();
+        let far = newton.displacement.largest(self.level);
         newton.place(ring, &mut self.effects, far);
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
         let scheme = Scheme { s: h * (1.0 + ratio) / (1.0 + 2.0 * ratio), keep: ratio * ratio / (1.0 + 2.0 * ratio) };
-        on_level!(self.level, simd => scheme.aim(simd, ring, &self.effects.drag, earlier, newton));
+        on_level!(self.level, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
         let iterations = newton.minimise(ring, &mut self.effects, self.level)?;
-        let far = newton.displacement.largest();
+        let far = newton.displacement.largest(self.level);
         if !(far <= self.largest_move) {
             return Err(Refused::TooFar(far));
         }
@@ -232,11 +297,11 @@ struct Scheme {
 impl Scheme {
     /// Sets the weights and the free displacements.
     #[inline(always)]
-    fn aim<S: Simd, D: Drag>(self, simd: S, ring: &Ring, drag: &D, earlier: &Earlier, newton: &mut Newton) {
+    fn aim<S: Simd>(self, simd: S, ring: &Ring, drag: Rates<'_>, earlier: &Earlier, newton: &mut Newton) {
         let Self { s, keep } = self;
         let inertia = ring.vertex_mass() / (s * s);
         for i in (0..newton.weight.len()).step_by(LANES) {
-            let damping = f64x8::splat(simd, 1.0) + drag.rate(simd, i) * s;
+            let damping = f64x8::splat(simd, 1.0) + drag.load(simd, i) * s;
             store(damping * inertia, &mut newton.weight, i);
             let share = s / damping;
             let vx = load(simd, &ring.ux, i) + load(simd, &earlier.gained.x, i) * keep;

@@ -20,6 +20,7 @@ use crate::scene::wall::Walls;
 use crate::trajectory::{Failure, FailureClass};
 use fearless_simd::Level;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Damping rate while relaxing, in 1/t0: about critical for the shape modes.
 const RELAX_RATE: f64 = 20.0;
@@ -53,7 +54,16 @@ pub enum Place {
     OnPlate,
 }
 
-/// A relaxed ring of full area in its place, at rest. Only its own elasticity, `walls` and `others` act on it.
+/// What pushes a ring while it is put in place.
+#[derive(Debug)]
+pub struct Pushes {
+    /// The walls.
+    pub walls: Box<dyn WallContact>,
+    /// The ring itself, and the like.
+    pub others: Vec<Box<dyn RingForce>>,
+}
+
+/// A relaxed ring of full area in its place, at rest; `None` once `stop` is set. Only its own elasticity and `pushes` act on it.
 ///
 /// # Errors
 /// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
@@ -61,21 +71,21 @@ pub fn place_ring<E: EdgeForce>(
     parameters: &Deformable,
     edge: E,
     place: Place,
-    walls: Box<dyn WallContact>,
-    others: Vec<Box<dyn RingForce>>,
+    pushes: Pushes,
     stepping: &Stepping,
     level: Level,
-) -> Result<Ring, Failure> {
+    stop: &AtomicBool,
+) -> Result<Option<Ring>, Failure> {
     let n = parameters.n_vertices;
     let full = Ring::regular_radius(n);
     let (at, clearance) = match place {
-        Place::Free { at } => return Ok(Ring::regular(n, at, full)),
+        Place::Free { at } => return Ok(Some(Ring::regular(n, at, full))),
         Place::OnPlate => ([-FAR_FROM_PLATE, 0.0], f64::INFINITY),
         Place::Gap { at, clearance } => (at, clearance),
     };
     let room = (clearance - 0.5 * parameters.delta - 1e-3).min(full);
     if room == full && !matches!(place, Place::OnPlate) {
-        return Ok(Ring::regular(n, at, full));
+        return Ok(Some(Ring::regular(n, at, full)));
     }
     if room < 0.01 {
         return Err(no_room(clearance));
@@ -88,30 +98,31 @@ pub fn place_ring<E: EdgeForce>(
         gravity: Gravity::off(),
         drag: FarDrag { rate: RELAX_RATE },
         eps_squared: smoothing * smoothing,
-        walls,
-        others,
+        walls: pushes.walls,
+        others: pushes.others,
     };
     let ring = Ring::regular(n, at, room);
     let dt = stepping.dt;
-    let mut ring = match stepping.integrator {
-        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, level), dt),
-        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, level), dt),
-    }?;
+    let placed = match stepping.integrator {
+        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, level), dt, stop),
+        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, level), dt, stop),
+    };
+    let Some(mut ring) = placed? else { return Ok(None) };
     ring.ux.fill(0.0);
     ring.uy.fill(0.0);
     if let Place::OnPlate = place {
         let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * parameters.delta;
         ring.x.iter_mut().for_each(|x| *x -= to_plate);
     }
-    Ok(ring)
+    Ok(Some(ring))
 }
 
 /// A ring under the drag of relaxation, whatever its integrator.
 trait Inflatable {
     /// Its rest area.
     fn rest_area(&mut self) -> &mut f64;
-    /// Takes time steps.
-    fn advance(&mut self, steps: u64) -> Result<(), Failure>;
+    /// Takes time steps; false once `stop` is set.
+    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure>;
     /// Reads off kinetic energy and area.
     fn observe(&mut self) -> Observation;
     /// The ring, done.
@@ -122,9 +133,8 @@ impl<E: EdgeForce> Inflatable for RingMotion<E, FarDrag> {
     fn rest_area(&mut self) -> &mut f64 {
         &mut self.effects.area.rest
     }
-    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        RingMotion::advance(self, steps);
-        Ok(())
+    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
+        Ok(self.advance_unless(stop, steps))
     }
     fn observe(&mut self) -> Observation {
         RingMotion::observe(self)
@@ -138,8 +148,8 @@ impl<E: EdgeForce> Inflatable for ImplicitMotion<E, FarDrag> {
     fn rest_area(&mut self) -> &mut f64 {
         &mut self.effects.area.rest
     }
-    fn advance(&mut self, steps: u64) -> Result<(), Failure> {
-        ImplicitMotion::advance(self, steps)
+    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
+        self.advance_unless(stop, steps)
     }
     fn observe(&mut self) -> Observation {
         ImplicitMotion::observe(self)
@@ -149,18 +159,22 @@ impl<E: EdgeForce> Inflatable for ImplicitMotion<E, FarDrag> {
     }
 }
 
-/// Blows a ring up from its rest area to the full one, and lets it relax.
-fn inflate<M: Inflatable>(mut motion: M, dt: f64) -> Result<Ring, Failure> {
+/// Blows a ring up from its rest area to the full one, and lets it relax; `None` once `stop` is set.
+fn inflate<M: Inflatable>(mut motion: M, dt: f64, stop: &AtomicBool) -> Result<Option<Ring>, Failure> {
     let begin = *motion.rest_area();
     let stages = 400_u32;
     let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
     for stage in 1..=stages {
         let share = f64::from(stage) / f64::from(stages);
         *motion.rest_area() = begin + share * (MASS - begin);
-        motion.advance(steps_per_stage).map_err(not_blown_up)?;
+        if !motion.advance(stop, steps_per_stage).map_err(not_blown_up)? {
+            return Ok(None);
+        }
     }
     for _ in 0..RELAX_TIME as u32 {
-        motion.advance((1.0 / dt).ceil() as u64).map_err(not_blown_up)?;
+        if !motion.advance(stop, (1.0 / dt).ceil() as u64).map_err(not_blown_up)? {
+            return Ok(None);
+        }
         if motion.observe().kinetic < AT_REST {
             break;
         }
@@ -170,7 +184,7 @@ fn inflate<M: Inflatable>(mut motion: M, dt: f64) -> Result<Ring, Failure> {
         let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
         return Err(Failure { class: FailureClass::Unstable, reason, step: 0, shape: None });
     }
-    Ok(motion.into_ring())
+    Ok(Some(motion.into_ring()))
 }
 
 /// The failure of a step while the droplet is put in place.
@@ -250,7 +264,10 @@ mod tests {
                 Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
                 Stepping { integrator: Integrator::Implicit, dt: 0.02 },
             ] {
-                let placed = place_ring(&ring, tension, place, contact(), Vec::new(), &stepping, Level::new()).unwrap();
+                let never = AtomicBool::new(false);
+                let (pushes, level) = (Pushes { walls: contact(), others: Vec::new() }, Level::new());
+                let placed = place_ring(&ring, tension, place, pushes, &stepping, level, &never);
+                let placed = placed.unwrap().unwrap();
                 let (area, _) = placed.area_and_perimeter();
                 assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
                 assert!(contact().engulfed(&placed).is_none());

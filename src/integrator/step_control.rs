@@ -3,11 +3,13 @@
 //! A refused sub-step is retried at half its length; after some accepted ones in a row the length doubles, where the
 //! longer one still ends on a whole multiple of itself. So sub-steps always add up to the nominal step exactly.
 
+use serde::{Deserialize, Serialize};
+
 /// A nominal step, in units of the smallest sub-step that there can be, `dt/65536`.
 pub const WHOLE: u32 = 1 << 16;
 
 /// The present length of a sub-step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StepControl {
     most_halvings: u32,
     patience: u32,
@@ -19,6 +21,16 @@ impl StepControl {
     /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps in a row.
     pub const fn new(most_halvings: u32, patience: u32) -> Self {
         Self { most_halvings, patience, halvings: 0, successes: 0 }
+    }
+
+    /// Goes on where `saved`, of the same limits, was; false if it is of others.
+    pub fn resume(&mut self, saved: Self) -> bool {
+        let fits = Self { halvings: saved.halvings, successes: saved.successes, ..*self } == saved
+            && saved.halvings <= self.most_halvings;
+        if fits {
+            *self = saved;
+        }
+        fits
     }
 
     /// How many sub-steps of the present length make a nominal step.

@@ -14,8 +14,8 @@
 //! ```
 //!
 //! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is only made to be observed.
-//! A step is two passes over the ring: edges and area, then forces, kick and drift. Contact and the like stand between
-//! them, and only while they can act.
+//! A step is one pass over the ring ([`super::ring_passes`]): forces, kick and drift, and the edges and the area where that leads. Contact and
+//! the like stand before it, and only while they can act.
 
 use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
@@ -23,11 +23,14 @@ use crate::effects::area::Area;
 use crate::effects::contact::{Load, WallContact};
 use crate::effects::gravity::Gravity;
 use crate::effects::{Drag, EdgeForce, RingForce};
-use crate::on_level;
+use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass, net_forces, step_pass};
 use crate::shape::{LoadRecord, ShapeRecord};
-use crate::vector::{LANES, inverse_sqrt, load, max_lanes, store, sum_lanes};
-use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use fearless_simd::Level;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Vertices times steps between two looks at whether to stop: about 10 ms.
+const PIECE: u64 = 1 << 22;
 
 /// The effects on a ring; those inside its vertex loops are types.
 #[derive(Debug)]
@@ -64,6 +67,17 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
             energy += self.gravity.energy(ring.x[i] + ring.origin[0]);
         }
         energy
+    }
+
+    /// The tension along the edges.
+    pub(super) fn edge_law(&self) -> EdgeLaw {
+        EdgeLaw { tension: self.edge.law(), eps_squared: self.eps_squared }
+    }
+
+    /// The forces on a ring of this area; `pushed` if [`add_forces`] set some.
+    pub(super) fn forces(&self, area: f64, pushed: bool) -> RingForces {
+        let half_pressure = 0.5 * self.area.pressure(area);
+        RingForces { law: self.edge_law(), half_pressure, weight: self.gravity.force(), pushed }
     }
 
     /// Tells the effects that an implicit step has ended here.
@@ -156,6 +170,27 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
         motion
     }
 
+    /// A ring in motion, its half-step velocities being of steps of `dt`.
+    pub(super) fn resume(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
+        let mut motion = Self { ring, effects, dt, level };
+        motion.moved(f64::INFINITY);
+        motion
+    }
+
+    /// Takes `steps` time steps, in pieces whose length the ring alone decides; false, and somewhere on the way, once `stop` is set.
+    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
+        let piece = (PIECE / self.ring.n as u64).max(1);
+        let mut left = steps;
+        while left > 0 {
+            if stop.load(Ordering::Relaxed) {
+                return false;
+            }
+            self.advance(left.min(piece));
+            left -= left.min(piece);
+        }
+        true
+    }
+
     /// Tells the effects that no vertex moved further than `distance`.
     #[inline(always)]
     fn moved(&mut self, distance: f64) {
@@ -168,30 +203,24 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        let (level, dt) = (self.level, self.dt);
+        let mut area = edge_pass(self.level, &mut self.ring, self.effects.edge_law());
         for _ in 0..steps {
-            let (ring, effects) = (&mut self.ring, &self.effects);
-            let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
-            let pushed = add_forces(ring, effects);
-            let kick = Kick::of(effects, area, dt);
-            let fastest_squared = if pushed {
-                on_level!(level, simd => kick.kick_and_drift::<_, true>(simd, ring))
-            } else {
-                on_level!(level, simd => kick.kick_and_drift::<_, false>(simd, ring))
-            };
-            ring.close();
-            self.moved(dt * fastest_squared.sqrt());
+            let pushed = add_forces(&mut self.ring, &self.effects);
+            let forces = self.effects.forces(area, pushed);
+            let fastest_squared;
+            (area, fastest_squared) =
+                step_pass(self.level, &mut self.ring, &forces, self.effects.drag.rates(), self.dt);
+            self.moved(self.dt * fastest_squared.sqrt());
         }
     }
 
     /// Goes on with steps of `dt`, from the same velocities.
     pub(super) fn change_step(&mut self, dt: f64) {
         let (fx, fy) = self.forces();
-        let simd = Fallback::new();
         let kick = |dt: f64| 0.5 * dt / self.ring.vertex_mass();
         let (kick_before, kick_after) = (kick(self.dt), kick(dt));
         for i in 0..self.ring.n {
-            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let rate = self.effects.drag.rates().at(i);
             let damping = |dt: f64| 1.0 + 0.5 * dt * rate;
             let (before, after) = (damping(self.dt), damping(dt));
             self.ring.ux[i] = after * ((self.ring.ux[i] + kick_before * fx[i]) / before) - kick_after * fx[i];
@@ -215,31 +244,20 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
-        // Seldom needed, and the same bits on every instruction set: the plain one keeps the program small.
-        let simd = Fallback::new();
         let (ring, effects) = (&mut self.ring, &self.effects);
-        let area = edge_pass(simd, ring, effects.edge, effects.eps_squared);
-        if !add_forces(ring, effects) {
-            ring.force_x.fill(0.0);
-            ring.force_y.fill(0.0);
-        }
-        let kick = Kick::of(effects, area, self.dt);
+        let area = edge_pass(self.level, ring, effects.edge_law());
+        let pushed = add_forces(ring, effects);
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
-        for i in (0..ring.ux.len()).step_by(LANES) {
-            let (x, y) = kick.net_force::<_, true>(simd, ring, i);
-            store(x, &mut fx, i);
-            store(y, &mut fy, i);
-        }
+        net_forces(self.level, ring, &effects.forces(area, pushed), &mut fx, &mut fy);
         (fx, fy)
     }
 
     /// Full-step velocities at the present positions: `v = [u + dt/2 F/m]/(1 + dt lambda/2)`.
     pub fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
-        let simd = Fallback::new();
         let kick = 0.5 * self.dt / self.ring.vertex_mass();
         for i in 0..self.ring.n {
-            let rate = self.effects.drag.rate(simd, i / LANES * LANES).as_slice()[i % LANES];
+            let rate = self.effects.drag.rates().at(i);
             let damping = 1.0 + 0.5 * self.dt * rate;
             vx[i] = (self.ring.ux[i] + kick * vx[i]) / damping;
             vy[i] = (self.ring.uy[i] + kick * vy[i]) / damping;
@@ -288,114 +306,4 @@ pub(super) fn add_forces<E, D>(ring: &mut Ring, effects: &RingEffects<E, D>) -> 
     ring.force_x[0] += ring.force_x[n];
     ring.force_y[0] += ring.force_y[n];
     true
-}
-
-/// Edge vectors and their tension coefficients; returns the area.
-#[inline(always)]
-pub(super) fn edge_pass<S: Simd, E: EdgeForce>(simd: S, ring: &mut Ring, edge: E, eps_squared: f64) -> f64 {
-    let (n, long) = (ring.n, ring.ux.len());
-    // Slices of one known length let the compiler drop the bounds checks.
-    let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
-    let edge_x = &mut ring.edge_x[..long + LANES];
-    let edge_y = &mut ring.edge_y[..long + LANES];
-    let coefficient = &mut ring.coefficient[..long + LANES];
-    let mut cross = f64x8::splat(simd, 0.0);
-    let mut i = 0;
-    while i + LANES <= long {
-        let (x0, y0) = (load(simd, x, i), load(simd, y, i));
-        let (ex, ey) = (load(simd, x, i + 1) - x0, load(simd, y, i + 1) - y0);
-        cross += x0 * ey - y0 * ex;
-        store(ex, edge_x, i + LANES);
-        store(ey, edge_y, i + LANES);
-        if E::NEEDS_LENGTH {
-            let inverse_length = inverse_sqrt(simd, ex * ex + ey * ey + eps_squared);
-            store(edge.coefficient(simd, inverse_length), coefficient, i + LANES);
-        }
-        i += LANES;
-    }
-    for edges in [edge_x, edge_y, coefficient] {
-        edges[LANES - 1] = edges[LANES - 1 + n];
-    }
-    0.5 * sum_lanes(cross)
-}
-
-/// Everything the second pass needs.
-pub(super) struct Kick<'a, E, D> {
-    pub(super) half_pressure: f64,
-    pub(super) weight: f64,
-    /// Read only where the tension does not depend on the length.
-    pub(super) stiffness: E,
-    pub(super) drag: &'a D,
-    pub(super) dt: f64,
-}
-
-impl<'a, E: EdgeForce, D: Drag> Kick<'a, E, D> {
-    /// The second pass of a step of `dt`, at this area of the ring.
-    #[inline(always)]
-    pub(super) fn of(effects: &'a RingEffects<E, D>, area: f64, dt: f64) -> Self {
-        Self {
-            half_pressure: 0.5 * effects.area.pressure(area),
-            weight: effects.gravity.force(),
-            stiffness: effects.edge,
-            drag: &effects.drag,
-            dt,
-        }
-    }
-
-    /// Sum of all forces but drag on the vertices `i..i + 8`.
-    #[inline(always)]
-    pub(super) fn net_force<S: Simd, const PUSHED: bool>(
-        &self,
-        simd: S,
-        ring: &Ring,
-        i: usize,
-    ) -> (f64x8<S>, f64x8<S>) {
-        let (ex, ey) = (load(simd, &ring.edge_x, i + LANES), load(simd, &ring.edge_y, i + LANES));
-        let (back_x, back_y) = (load(simd, &ring.edge_x, i + LANES - 1), load(simd, &ring.edge_y, i + LANES - 1));
-        let (pull_x, pull_y) = if E::NEEDS_LENGTH {
-            let ahead = load(simd, &ring.coefficient, i + LANES);
-            let behind = load(simd, &ring.coefficient, i + LANES - 1);
-            (ahead * ex - behind * back_x, ahead * ey - behind * back_y)
-        } else {
-            let stiffness = self.stiffness.coefficient(simd, f64x8::splat(simd, 0.0));
-            (stiffness * (ex - back_x), stiffness * (ey - back_y))
-        };
-        let mut fx = pull_x + (ey + back_y) * self.half_pressure + self.weight;
-        let mut fy = pull_y - (ex + back_x) * self.half_pressure;
-        if PUSHED {
-            fx += load(simd, &ring.force_x, i);
-            fy += load(simd, &ring.force_y, i);
-        }
-        (fx, fy)
-    }
-
-    /// New half-step velocities and positions; returns the largest squared speed.
-    #[inline(always)]
-    fn kick_and_drift<S: Simd, const PUSHED: bool>(&self, simd: S, ring: &mut Ring) -> f64 {
-        let (half_dt, kick) = (0.5 * self.dt, self.dt / ring.vertex_mass());
-        let (mut fastest, mut last) = (f64x8::splat(simd, 0.0), 0.0);
-        let long = ring.ux.len();
-        let mut i = 0;
-        while i + LANES <= long {
-            let (fx, fy) = self.net_force::<S, PUSHED>(simd, ring, i);
-            let damping = self.drag.rate(simd, i) * half_dt;
-            let share = 1.0 / (1.0 + damping);
-            let (keep, push) = ((1.0 - damping) * share, share * kick);
-            let ux = load(simd, &ring.ux, i) * keep + fx * push;
-            let uy = load(simd, &ring.uy, i) * keep + fy * push;
-            store(ux, &mut ring.ux, i);
-            store(uy, &mut ring.uy, i);
-            let speed_squared = ux * ux + uy * uy;
-            if i + LANES <= ring.n {
-                fastest = fastest.max(speed_squared);
-            } else {
-                last = speed_squared.as_slice()[..ring.n - i].iter().fold(0.0, |a: f64, &b| a.max(b));
-            }
-            let (x, y) = (load(simd, &ring.x, i) + ux * self.dt, load(simd, &ring.y, i) + uy * self.dt);
-            store(x, &mut ring.x, i);
-            store(y, &mut ring.y, i);
-            i += LANES;
-        }
-        max_lanes(fastest).max(last)
-    }
 }

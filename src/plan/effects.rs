@@ -3,6 +3,7 @@
 use super::ends;
 use crate::campaign::interval::Short;
 use crate::job::{Deformable, GravityForm, Model, Point, SelfContact};
+use crate::simulate::is_linear;
 use crate::stability::vertices_pile_up;
 use std::sync::Arc;
 
@@ -42,9 +43,13 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
             all if all == rings.len() => span("kappa", |ring| ring.kappa),
             some => format!("{} in {some} of {} points, else 0", span("kappa", |ring| ring.kappa), rings.len()),
         };
+        let linear_spring = match rings.iter().filter(|ring| is_linear(ring)).count() {
+            0 => String::new(),
+            some => format!("; with the tension it makes one linear spring at {some} of {} points", rings.len()),
+        };
         vec![
             effect("tension", true, span("gamma", |ring| ring.gamma)),
-            effect("perimeter", stiff > 0, perimeter),
+            effect("perimeter", stiff > 0, perimeter + &linear_spring),
             effect("area", true, span("k_a", |ring| ring.k_a)),
         ]
     };

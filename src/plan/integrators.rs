@@ -34,6 +34,9 @@ enum Reason {
 
 /// The groups of a block, by the order of their first points.
 pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
+    if let Some(tolerance) = block.tolerance {
+        return super::tolerance::of(&block.points, tolerance);
+    }
     let mut groups: Vec<(Integrator, Reason, Vec<f64>)> = Vec::new();
     for (point, limit) in block.points.iter().zip(limits) {
         let integrator = point.stepping.integrator;

@@ -1,7 +1,7 @@
 //! The plot of a fit: speed and shape against the position of the droplet, frames as points, simulations as lines.
 
 use super::rounding::significant;
-use super::svg::{circle, points, px, text};
+use super::svg::{circle, line, points, px, text};
 use std::fmt::Write;
 
 /// Width of the picture, height of a panel, in pixels.
@@ -130,11 +130,6 @@ fn panel(series: &[Series], x: Axis, k: usize, label: &str, top: f64) -> String 
     let middle = y0 + 0.5 * high;
     let turned = format!("transform=\"rotate(-90 18 {})\"", px(middle));
     out + &text([18.0, middle], 12.0, "middle", &turned, label)
-}
-
-fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> String {
-    let [x1, y1, x2, y2, width] = [from[0], from[1], to[0], to[1], width].map(px);
-    format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" stroke=\"{colour}\" stroke-width=\"{width}\"/>\n")
 }
 
 #[cfg(test)]

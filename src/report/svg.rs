@@ -50,6 +50,12 @@ pub(super) fn arrow(from: [f64; 2], to: [f64; 2], width: f64, head: f64, colour:
     out
 }
 
+/// A straight line.
+pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> String {
+    let [x1, y1, x2, y2, width] = [from[0], from[1], to[0], to[1], width].map(px);
+    format!("<line x1=\"{x1}\" y1=\"{y1}\" x2=\"{x2}\" y2=\"{y2}\" stroke=\"{colour}\" stroke-width=\"{width}\"/>\n")
+}
+
 /// Text as XML has it.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

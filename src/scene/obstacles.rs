@@ -58,12 +58,14 @@ impl Shape for Disc {
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
         let [q, px, py] = self.nearest(simd, edges);
         let squared = px * px + py * py;
-        squared.simd_lt(f64x8::splat(simd, reach * reach)).any_true().then(|| {
-            let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
-            let overlap = (reach - distance).max(f64x8::splat(simd, 0.0));
-            let inverse = 1.0 / distance;
-            Touch { q, overlap, nx: px * inverse, ny: py * inverse }
-        })
+        // No closure: it would not be compiled for the instruction set of the caller.
+        if !squared.simd_lt(f64x8::splat(simd, reach * reach)).any_true() {
+            return None;
+        }
+        let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
+        let overlap = (reach - distance).max(f64x8::splat(simd, 0.0));
+        let inverse = 1.0 / distance;
+        Some(Touch { q, overlap, nx: px * inverse, ny: py * inverse })
     }
 
     #[inline(always)]
@@ -71,8 +73,11 @@ impl Shape for Disc {
         let (dx, dy) = (x - self.x, y - self.y);
         let squared = dx * dx + dy * dy;
         (squared < reach * reach).then(|| {
-            let distance = squared.sqrt().max(1e-300);
-            (reach - distance, [dx / distance, dy / distance])
+            let squared = squared.max(1e-300);
+            // Root and division side by side: a soft particle waits for nothing else.
+            let (distance, inverse_squared) = (squared.sqrt(), 1.0 / squared);
+            let inverse = distance * inverse_squared;
+            (reach - distance, [dx * inverse, dy * inverse])
         })
     }
 
@@ -169,6 +174,11 @@ impl ObstacleArray {
     /// Number of discs.
     pub fn len(&self) -> usize {
         self.x.len()
+    }
+
+    /// Memory it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.x) + size_of_val(&*self.y) + size_of_val(&*self.cell_start)
     }
 
     /// Whether there is no disc at all.

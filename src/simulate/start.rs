@@ -1,6 +1,6 @@
 //! Puts the droplet of a job in place and picks the concrete types of its effects, once.
 
-use super::Motion;
+use super::{Context, Motion, MotionState};
 use crate::droplet::deformable::Ring;
 use crate::droplet::soft::{SoftEffects, SoftMotion};
 use crate::effects::area::Area;
@@ -16,45 +16,84 @@ use crate::effects::tension::{LinearTension, Tension};
 use crate::effects::{Drag, EdgeForce, RingForce};
 use crate::integrator::guard::GuardedMotion;
 use crate::integrator::implicit::ImplicitMotion;
-use crate::integrator::relax::{self, Place};
+use crate::integrator::memory::WrongState;
+use crate::integrator::relax::{self, Place, Pushes};
 use crate::integrator::verlet::{RingEffects, RingMotion};
 use crate::job::{self, Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, regular_edge};
 use crate::scene::channel::ChannelWalls;
-use crate::scene::library::ArrayLibrary;
 use crate::scene::obstacles::ObstacleArray;
 use crate::scene::plate::Plate;
 use crate::scene::wall::Walls;
 use crate::trajectory::Failure;
 use fearless_simd::Level;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-/// The droplet of a job, in place and at rest, gravity just switched on.
+/// Why there is no droplet in motion.
+#[derive(Debug)]
+pub(super) enum NotStarted {
+    /// The job cannot be started.
+    Failed(Failure),
+    /// It was told to stop before the droplet was in place.
+    Stopped,
+    /// The state is not one of this job.
+    WrongState(WrongState),
+}
+
+impl From<Failure> for NotStarted {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+impl From<WrongState> for NotStarted {
+    fn from(wrong: WrongState) -> Self {
+        Self::WrongState(wrong)
+    }
+}
+
+/// The droplet of a job: as `from` has it, or in place and at rest, gravity just switched on.
 ///
 /// # Errors
 /// Those of the array, and of putting a droplet where there is no room.
-pub(super) fn start(job: &Job, arrays: &ArrayLibrary, level: Level) -> Result<Box<dyn Motion>, Failure> {
+pub(super) fn start(
+    job: &Job,
+    context: Context<'_>,
+    from: Option<&MotionState>,
+) -> Result<Box<dyn Motion>, NotStarted> {
+    let Context { arrays, level, stop } = context;
+    let (point, begin) = (&*job.point, Begin { from, stop, level });
     match &job.point.scene {
         Scene::Obstacles(field) => {
             let discs = arrays.get(job, field)?;
             let (at, clearance) = discs.widest_gap_near_centre();
-            Start { point: &job.point, walls: discs, place: Place::Gap { at, clearance }, level }.droplet()
+            Start { point, walls: discs, place: Place::Gap { at, clearance }, begin }.droplet()
         }
         Scene::Channel(channel) => {
             let walls = Arc::new(ChannelWalls::new(channel.w, channel.angle, channel.tip_radius));
-            Start { point: &job.point, walls, place: Place::Free { at: [channel.h_start, 0.0] }, level }.droplet()
+            Start { point, walls, place: Place::Free { at: [channel.h_start, 0.0] }, begin }.droplet()
         }
         Scene::Disc(disc) => {
             let walls = Arc::new(ObstacleArray::lone(0.5 * disc.sigma_ob));
             let place = Place::Free { at: [disc.h_start, disc.offset] };
-            Start { point: &job.point, walls, place, level }.droplet()
+            Start { point, walls, place, begin }.droplet()
         }
-        Scene::Plate => Start { point: &job.point, walls: Arc::new(Plate), place: Place::OnPlate, level }.droplet(),
+        Scene::Plate => Start { point, walls: Arc::new(Plate), place: Place::OnPlate, begin }.droplet(),
     }
 }
 
 /// Whether tension and perimeter add up to the linear spring, `kappa = 1/(N_v l0)`.
 pub fn is_linear(ring: &Deformable) -> bool {
-    (ring.kappa * ring.n_vertices as f64 * regular_edge(ring.n_vertices) - 1.0).abs() < 1e-9
+    (ring.kappa / ring.linear_kappa() - 1.0).abs() < 1e-9
+}
+
+/// How a droplet begins to move.
+#[derive(Clone, Copy)]
+struct Begin<'a> {
+    /// From this state, or from rest.
+    from: Option<&'a MotionState>,
+    stop: &'a AtomicBool,
+    level: Level,
 }
 
 /// A grid point and where it starts.
@@ -62,15 +101,14 @@ struct Start<'a, W: Walls> {
     point: &'a Point,
     walls: Arc<W>,
     place: Place,
-    level: Level,
+    begin: Begin<'a>,
 }
 
 impl<W: Walls> Start<'_, W> {
-    fn droplet(self) -> Result<Box<dyn Motion>, Failure> {
+    fn droplet(self) -> Result<Box<dyn Motion>, NotStarted> {
         match &self.point.model {
             Model::Soft(soft) => {
                 let dt = self.point.stepping.dt;
-                let position = relax::place_point(soft.e_w, &self.walls, self.place, dt)?;
                 let effects = SoftEffects {
                     stiffness: soft.e_w,
                     weight: MASS,
@@ -78,7 +116,14 @@ impl<W: Walls> Start<'_, W> {
                     b0: self.point.b0,
                     alpha: self.alpha(),
                 };
-                Ok(Box::new(SoftMotion::start(position, effects, dt, self.walls)))
+                Ok(Box::new(match self.begin.from {
+                    Some(MotionState::Soft(state)) => SoftMotion::resume(*state, effects, dt, self.walls),
+                    Some(_) => return Err(WrongState.into()),
+                    None => {
+                        let position = relax::place_point(soft.e_w, &self.walls, self.place, dt)?;
+                        SoftMotion::start(position, effects, dt, self.walls)
+                    }
+                }))
             }
             Model::Deformable(ring) => {
                 let (n, rest) = (ring.n_vertices, regular_edge(ring.n_vertices));
@@ -99,26 +144,30 @@ impl<W: Walls> Start<'_, W> {
     }
 
     /// A ring with these forces along its edges; picks the drag.
-    fn ring<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Box<dyn Motion>, Failure> {
-        let placed = relax::place_ring(
-            ring,
-            edge,
-            self.place,
-            self.contact(ring),
-            self.repulsion(ring),
-            &self.point.stepping,
-            self.level,
-        )?;
+    fn ring<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Box<dyn Motion>, NotStarted> {
         let (n, v_t, b0) = (ring.n_vertices, self.point.v_t, self.point.b0);
         if b0 == 0.0 {
-            return Ok(self.set_off(ring, edge, placed, FarDrag { rate: 1.0 / v_t }));
+            return self.set_off(ring, edge, FarDrag { rate: 1.0 / v_t });
         }
-        let drag = NearWallDrag::new(self.walls.clone(), n, v_t, b0, self.alpha(), ring.delta, self.level);
-        Ok(self.set_off(ring, edge, placed, drag))
+        let (walls, alpha, level) = (self.walls.clone(), self.alpha(), self.begin.level);
+        self.set_off(ring, edge, NearWallDrag::new(walls, n, v_t, b0, alpha, ring.delta, level))
     }
 
-    /// Switches gravity on.
-    fn set_off<E: EdgeForce, D: Drag>(&self, ring: &Deformable, edge: E, placed: Ring, drag: D) -> Box<dyn Motion> {
+    /// A ring put in its place, among the walls alone.
+    fn placed<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Ring, NotStarted> {
+        let pushes = Pushes { walls: self.contact(ring), others: self.repulsion(ring) };
+        let (stepping, Begin { stop, level, .. }) = (&self.point.stepping, self.begin);
+        let placed = relax::place_ring(ring, edge, self.place, pushes, stepping, level, stop)?;
+        placed.ok_or(NotStarted::Stopped)
+    }
+
+    /// Switches gravity on, or goes on.
+    fn set_off<E: EdgeForce, D: Drag>(
+        &self,
+        ring: &Deformable,
+        edge: E,
+        drag: D,
+    ) -> Result<Box<dyn Motion>, NotStarted> {
         let smoothing = ring.eps * regular_edge(ring.n_vertices);
         let mut others = self.repulsion(ring);
         let gravity = match ring.gravity {
@@ -137,16 +186,28 @@ impl<W: Walls> Start<'_, W> {
             walls: self.contact(ring),
             others,
         };
-        let dt = self.point.stepping.dt;
-        match self.point.stepping.integrator {
-            Integrator::Verlet => Box::new(GuardedMotion::new(RingMotion::start(placed, effects, dt, self.level))),
-            Integrator::Implicit => Box::new(ImplicitMotion::start(placed, effects, dt, self.level)),
-        }
+        let (n, dt, level) = (ring.n_vertices, self.point.stepping.dt, self.begin.level);
+        Ok(match (self.point.stepping.integrator, self.begin.from) {
+            (Integrator::Verlet, None) => {
+                let motion = RingMotion::start(self.placed(ring, edge)?, effects, dt, level);
+                Box::new(GuardedMotion::new(motion))
+            }
+            (Integrator::Verlet, Some(MotionState::Verlet(state))) => {
+                Box::new(GuardedMotion::resume(state, n, effects, dt, level)?)
+            }
+            (Integrator::Implicit, None) => {
+                Box::new(ImplicitMotion::start(self.placed(ring, edge)?, effects, dt, level))
+            }
+            (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
+                Box::new(ImplicitMotion::resume(state, n, effects, dt, level)?)
+            }
+            _ => return Err(WrongState.into()),
+        })
     }
 
     fn contact(&self, ring: &Deformable) -> Box<dyn WallContact> {
         let (n, k_w) = (ring.n_vertices, ring.k_w());
-        Box::new(Contact::new(self.walls.clone(), ring.contact, n, k_w, ring.delta, self.level))
+        Box::new(Contact::new(self.walls.clone(), ring.contact, n, k_w, ring.delta, self.begin.level))
     }
 
     fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {
@@ -159,7 +220,7 @@ impl<W: Walls> Start<'_, W> {
                     apart.total_stiffness(),
                     ring.delta,
                     apart,
-                    self.level,
+                    self.begin.level,
                 ))]
             }
         }

@@ -3,6 +3,7 @@
 //! A crash between the two leaves a file that no row names, removed at the next opening. Committing the same batch again
 //! is harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
+use super::folders::dump_path;
 use super::samples::{self, SCHEMA_VERSION, SampleFile};
 use super::shapes::save_shapes;
 use super::{Store, StoreError, database, disk};
@@ -10,6 +11,7 @@ use crate::job::JobId;
 use crate::trajectory::{Clog, Failure, Samples, Trajectory};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::HashSet;
+use std::path::Path;
 
 /// Outcomes and marks that commit together.
 #[derive(Debug, Default)]
@@ -53,13 +55,13 @@ pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, Sto
     let (outcomes, unknown) = new_outcomes(&store.conn, &batch.finished).map_err(StoreError::sql(&path))?;
     let series: Vec<_> = outcomes.iter().filter_map(NewOutcome::samples).collect();
     let file = if series.is_empty() { None } else { Some(samples::write(&store.dir, &series)?) };
-    let run = store.run;
+    let (run, dir) = (store.run, store.dir.clone());
     let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
     let save = || {
         if let Some(file) = &file {
             catalogue(&transaction, file, &outcomes)?;
         }
-        outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run))?;
+        outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run, &dir))?;
         mark_started(&transaction, &batch.started)
     };
     save().map_err(StoreError::sql(&path))?;
@@ -102,8 +104,8 @@ fn catalogue(conn: &Connection, file: &SampleFile, outcomes: &[NewOutcome<'_>]) 
     Ok(())
 }
 
-fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>) -> rusqlite::Result<()> {
-    let NewOutcome { key, finished: FinishedJob { result, wall_s, at, .. } } = outcome;
+fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, dir: &Path) -> rusqlite::Result<()> {
+    let NewOutcome { key, finished: FinishedJob { job, result, wall_s, at } } = outcome;
     // A mark that got lost counts as an attempt all the same.
     let mut set_state =
         conn.prepare_cached("UPDATE jobs SET attempts = attempts + (state = 'pending'), state = ?2 WHERE key = ?1")?;
@@ -118,11 +120,14 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>) -
             set_state.execute((key, "failed"))?;
             save_shapes(conn, *key, failure.shape.as_deref())?;
             let mut insert = conn.prepare_cached(
-                "INSERT OR REPLACE INTO outcomes (job, wall_s, error_class, error, error_step, provenance, finished)
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)",
+                "INSERT OR REPLACE INTO outcomes
+                     (job, wall_s, error_class, error, error_step, provenance, finished, dump)
+                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
             )?;
-            let class = failure.class.name();
-            insert.execute(params![key, wall_s, class, failure.reason, integer(failure.step), run, at]).map(drop)
+            let (class, step) = (failure.class.name(), integer(failure.step));
+            // Written before the failure was told; not there if the disk was full.
+            let dump = Some(dump_path(*job)).filter(|dump| dir.join(dump).exists());
+            insert.execute(params![key, wall_s, class, failure.reason, step, run, at, dump]).map(drop)
         }
     }
 }

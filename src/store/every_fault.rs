@@ -75,7 +75,7 @@ impl Results {
             pauses: vec![Duration::ZERO],
             ..WriterOptions::default()
         };
-        let (folder, last) = (store.checkpoints(), self.results.last().expect("there are jobs").0);
+        let (folder, last) = (store.folders().checkpoints(), self.results.last().expect("there are jobs").0);
         if pending.contains(&last) {
             // Twice, for the second takes the place of the first.
             checkpoint_file::write(&folder, last, b"an early state")?;
@@ -89,12 +89,7 @@ impl Results {
                 break;
             }
         }
-        let store = writer.finish()?;
-        if most == usize::MAX {
-            disk::remove(&checkpoint_file::path_of(&folder, last))?;
-        }
-        drop(store);
-        Ok(())
+        writer.finish().map(drop)
     }
 
     /// Two runs, the first of which is stopped half-way.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 const MIGRATIONS: &[&str] = &[
     include_str!("../../migrations/0001_initial.sql"),
     include_str!("../../migrations/0002_stability.sql"),
+    include_str!("../../migrations/0003_dumps.sql"),
     include_str!("../../migrations/0004_files.sql"),
 ];
 

@@ -96,7 +96,8 @@ impl Store {
         Ok(key)
     }
 
-    /// Notes that the run that [`Store::begin_run`] began has ended; without one it does nothing.
+    /// Notes that the run that [`Store::begin_run`] began has ended, jobs under way being `pending` again; without one it does
+    /// nothing.
     ///
     /// # Errors
     /// What SQLite reports.
@@ -104,8 +105,11 @@ impl Store {
         let Some(run) = self.run.take() else { return Ok(()) };
         let path = database(&self.dir);
         let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
-        let ended = transaction.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run));
-        ended.map_err(StoreError::sql(&path))?;
+        let end = || {
+            transaction.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run))?;
+            super::give_back(&transaction)
+        };
+        end().map_err(StoreError::sql(&path))?;
         disk::commit(transaction, &path)
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! A group commits when it is large enough, or when its oldest message has waited long enough; so a crash costs at most
 //! the work of that time, and a million tiny jobs do not cost a million disk flushes. A commit that fails is tried again
-//! with its batch kept; after the last try the writer stops, and [`Writer::finish`] says why.
+//! with its batch kept: without end while the disk is full, else until the last try. Then, or when the run is to end, the
+//! writer stops, and [`Writer::finish`] says why.
 
 use super::commit::{Batch, FinishedJob, commit};
 use super::compact;
+use super::patience::{self, Hurry};
 use super::{Store, StoreError, unix_now};
 use crate::job::JobId;
 use crate::trajectory::{Failure, FailureClass, Trajectory};
@@ -43,8 +45,10 @@ pub struct WriterOptions {
     pub queue: usize,
     /// Merge so many small sample files of about one size into one.
     pub merge: usize,
-    /// Pauses after failed commits; the writer gives up after the last.
+    /// Pauses after failed commits; the writer gives up after the last, but not because a disk is full.
     pub pauses: Vec<Duration>,
+    /// When it does not pause any more.
+    pub hurry: Hurry,
 }
 
 impl Default for WriterOptions {
@@ -56,6 +60,7 @@ impl Default for WriterOptions {
             queue: 1024,
             merge: compact::TIER,
             pauses: [0.2, 1.0, 5.0, 15.0, 30.0].map(Duration::from_secs_f64).to_vec(),
+            hurry: Hurry::default(),
         }
     }
 }
@@ -162,7 +167,9 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
             Err(RecvTimeoutError::Timeout) => false,
             Ok(None) | Err(RecvTimeoutError::Disconnected) => true,
         };
-        unknown.extend(patiently_commit(&mut store, &std::mem::take(&mut pending).batch, options)?);
+        let batch = std::mem::take(&mut pending).batch;
+        unknown.extend(patiently_commit(&mut store, &batch, options)?);
+        store.folders().forget(batch.finished.iter().map(|finished| finished.job));
         if let Err(error) = compact::compact(&mut store, options.merge) {
             // Nothing is lost: the small files stay.
             tracing::warn!(%error, "small sample files could not be merged; the next commit tries again");
@@ -210,13 +217,19 @@ fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -
             Ok(unknown) => return Ok(unknown),
             Err(error) => error,
         };
-        let (unsaved, pause) = (batch.finished.len(), options.pauses.get(attempts));
+        let pause = patience::pause(&error, attempts, &options.pauses, &options.hurry);
+        let unsaved = batch.finished.len();
         attempts += 1;
-        let Some(&pause) = pause else {
+        let Some(pause) = pause else {
             return Err(StoreError::GaveUp { unsaved, attempts, source: Box::new(error) });
         };
-        tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
-        std::thread::sleep(pause);
+        if patience::is_full(&error) {
+            let what = "the disk is full; outcomes wait and are saved as soon as there is room";
+            tracing::warn!(%error, unsaved, "{what}");
+        } else {
+            tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
+        }
+        options.hurry.pause(pause);
     }
 }
 

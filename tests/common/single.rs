@@ -8,9 +8,10 @@ use meniscus::trajectory::{Failure, Trajectory};
 use meniscus::vector::best_level;
 use std::sync::atomic::AtomicBool;
 
-/// The first job of a campaign of these keys, and the integrator it has.
+/// The first job of a campaign of these keys (DP unless they say otherwise), and the integrator it has.
 pub fn job(keys: &str, seed: u64) -> (Job, Integrator) {
-    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\n{keys}");
+    let model = if keys.contains("model = ") { "" } else { "model = \"DP\"\n" };
+    let text = format!("name = \"one\"\n{model}runs_per_point = 1\n{keys}");
     let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
     let block = &campaign.blocks[0];
     let point = block.points[0].clone();
@@ -19,6 +20,7 @@ pub fn job(keys: &str, seed: u64) -> (Job, Integrator) {
 }
 
 /// Its trajectory.
+#[allow(dead_code, reason = "not every program that includes this runs whole jobs")]
 pub fn run(keys: &str, seed: u64) -> Result<Trajectory, Failure> {
     let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
     simulate(&job(keys, seed).0, context).map(|trajectory| trajectory.expect("nobody stops it"))

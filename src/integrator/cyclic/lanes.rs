@@ -5,7 +5,7 @@
 //! same kind, in which vertex k stands for `kL`.
 
 use super::block::{Block, Pivot};
-use super::{Front, System, Zero};
+use super::{Front, Solution, System, Zero};
 use crate::effects::stiffness::Stiffness;
 use crate::vector::LANES;
 use fearless_simd::{f64x8, prelude::*};
@@ -164,7 +164,7 @@ impl Lanes {
 
     /// The solution of the whole ring from that of the ring that remains, back along the chains; both by vertex.
     #[inline(always)]
-    pub(super) fn substitute<S: Simd>(&self, simd: S, n: usize, rest: &[Block<f64>], solved: &mut [Block<f64>]) {
+    pub(super) fn substitute<S: Simd>(&self, simd: S, n: usize, rest: &[Block<f64>], solved: &mut Solution) {
         let length = n / LANES;
         // The solutions at the first vertices of the chains, and at those behind them.
         let mut ends = [[[0.0; LANES]; 4]; 2];
@@ -179,14 +179,21 @@ impl Lanes {
             let kept = &self.kept[j];
             let (ahead, to_zero) = (kept_block(simd, &kept[0..4]), kept_block(simd, &kept[4..8]));
             next = kept_block(simd, &kept[8..12]) - to_zero * at_first - ahead * next;
-            let (xx, xy, yx, yy) = (next.xx.as_slice(), next.xy.as_slice(), next.yx.as_slice(), next.yy.as_slice());
-            for k in 0..LANES {
-                solved[k * length + j] = Block { xx: xx[k], xy: xy[k], yx: yx[k], yy: yy[k] };
+            let entries = [
+                (next.xx, &mut solved.xx),
+                (next.xy, &mut solved.xy),
+                (next.yx, &mut solved.yx),
+                (next.yy, &mut solved.yy),
+            ];
+            for (values, to) in entries {
+                for (k, &value) in values.as_slice().iter().enumerate() {
+                    to[k * length + j] = value;
+                }
             }
         }
         for (k, solution) in rest.iter().enumerate() {
             let vertex = if k < LANES { k * length } else { k + LANES * (length - 1) };
-            solved[vertex] = *solution;
+            solved.set(vertex, *solution);
         }
     }
 }

@@ -1,34 +1,43 @@
 //! Vectors of all vertices of a ring.
 
-use crate::vector::{LANES, padded};
+use crate::on_level;
+use crate::vector::aligned::Aligned;
+use crate::vector::{LANES, load, max_lanes, padded, sum_lanes};
+use fearless_simd::{Level, f64x8, prelude::*};
+use serde::{Deserialize, Serialize};
 
 /// Vectors of x and y for each vertex, zero in the padding.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Field {
     /// x components, `padded(n)` long.
-    pub x: Vec<f64>,
+    pub x: Aligned,
     /// y components, likewise.
-    pub y: Vec<f64>,
+    pub y: Aligned,
 }
 
 impl Field {
     /// Zeros for `n` vertices.
     pub fn zero(n: usize) -> Self {
-        Self { x: vec![0.0; padded(n)], y: vec![0.0; padded(n)] }
+        Self { x: Aligned::zeros(padded(n)), y: Aligned::zeros(padded(n)) }
     }
 
     /// Largest length of a vector; not finite if one of them is not.
-    pub fn largest(&self) -> f64 {
-        let (mut lanes, mut odd) = ([0.0_f64; LANES], [0.0; LANES]);
-        for (x, y) in self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES)) {
-            for k in 0..LANES {
-                let squared = x[k] * x[k] + y[k] * y[k];
-                lanes[k] = if squared > lanes[k] { squared } else { lanes[k] };
-                // Zero for a number, and for nothing else: a NaN must not pass for small.
-                odd[k] += squared * 0.0;
-            }
+    pub fn largest(&self, level: Level) -> f64 {
+        on_level!(level, simd => self.largest_with(simd))
+    }
+
+    #[inline(always)]
+    fn largest_with<S: Simd>(&self, simd: S) -> f64 {
+        let zero = f64x8::splat(simd, 0.0);
+        let (mut largest, mut odd) = (zero, zero);
+        for i in (0..self.x.len()).step_by(LANES) {
+            let (x, y) = (load(simd, &self.x, i), load(simd, &self.y, i));
+            let squared = x * x + y * y;
+            largest = squared.simd_gt(largest).select(squared, largest);
+            // Zero for a number, and for nothing else: a NaN must not pass for small.
+            odd += squared * 0.0;
         }
-        lanes.iter().fold(0.0_f64, |a, &b| if b > a { b } else { a }).sqrt() + odd.iter().sum::<f64>()
+        max_lanes(largest).sqrt() + sum_lanes(odd)
     }
 
     /// Sets the padding of `n` vertices to zero.

@@ -24,7 +24,8 @@ use crate::effects::stiffness::{Parts, Stiffness};
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::cyclic::CyclicSolver;
 use crate::integrator::implicit::field::Field;
-use crate::integrator::verlet::{Kick, RingEffects, add_forces, edge_pass};
+use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass};
+use crate::integrator::verlet::{RingEffects, add_forces};
 use crate::on_level;
 use crate::vector::{LANES, inverse_sqrt, load, padded, store};
 use fearless_simd::{Level, f64x8, prelude::*};
@@ -150,7 +151,7 @@ impl Newton {
             let found = self.direct(ring, effects, level);
             effects.let_go();
             found?;
-            let size = self.correction.largest();
+            let size = self.correction.largest(level);
             if !size.is_finite() {
                 return Err(Refusal::NotFinite);
             }
@@ -160,7 +161,7 @@ impl Newton {
                 self.evaluate(ring, effects, level);
                 continue;
             }
-            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest() {
+            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(level) {
                 self.go(ring, effects, 1.0, size);
                 return Ok(iteration);
             }
@@ -179,7 +180,7 @@ impl Newton {
         for parts in [Parts::All, Parts::Positive] {
             self.assemble(ring, effects, level, parts);
             for (p, r) in [(&mut self.correction.x, &self.residual.x), (&mut self.correction.y, &self.residual.y)] {
-                p.iter_mut().zip(r).for_each(|(p, r)| *p = -r);
+                p.iter_mut().zip(r.iter()).for_each(|(p, r)| *p = -r);
             }
             let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
             let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
@@ -245,34 +246,33 @@ impl Newton {
 
     /// Phi' and the gradient of the area at the present positions.
     fn evaluate<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &RingEffects<E, D>, level: Level) {
-        let area = on_level!(level, simd => edge_pass(simd, ring, effects.edge, effects.eps_squared));
-        let pushed = add_forces(ring, effects);
-        self.half_pressure = 0.5 * effects.area.pressure(area);
-        if pushed {
-            on_level!(level, simd => self.evaluate_with::<_, E, D, true>(simd, ring, effects));
-        } else {
-            on_level!(level, simd => self.evaluate_with::<_, E, D, false>(simd, ring, effects));
+        let area = edge_pass(level, ring, effects.edge_law());
+        let forces = effects.forces(area, add_forces(ring, effects));
+        self.half_pressure = forces.half_pressure;
+        self.evaluate_forces(ring, &forces, level);
+    }
+
+    /// The same, the forces being known.
+    fn evaluate_forces(&mut self, ring: &Ring, forces: &RingForces, level: Level) {
+        match (forces.law.tension.needs_length(), forces.pushed) {
+            (false, false) => on_level!(level, simd => self.evaluate_with::<_, false, false>(simd, ring, forces)),
+            (false, true) => on_level!(level, simd => self.evaluate_with::<_, false, true>(simd, ring, forces)),
+            (true, false) => on_level!(level, simd => self.evaluate_with::<_, true, false>(simd, ring, forces)),
+            (true, true) => on_level!(level, simd => self.evaluate_with::<_, true, true>(simd, ring, forces)),
         }
         self.residual.still_padding(ring.n);
         self.area_gradient.still_padding(ring.n);
     }
 
     #[inline(always)]
-    fn evaluate_with<S: Simd, E: EdgeForce, D: Drag, const PUSHED: bool>(
+    fn evaluate_with<S: Simd, const LENGTH: bool, const PUSHED: bool>(
         &mut self,
         simd: S,
         ring: &Ring,
-        effects: &RingEffects<E, D>,
+        forces: &RingForces,
     ) {
-        let forces = Kick {
-            half_pressure: self.half_pressure,
-            weight: effects.gravity.force(),
-            stiffness: effects.edge,
-            drag: &effects.drag,
-            dt: 0.0,
-        };
         for i in (0..self.weight.len()).step_by(LANES) {
-            let (fx, fy) = forces.net_force::<S, PUSHED>(simd, ring, i);
+            let (fx, fy) = forces.on::<S, LENGTH, PUSHED>(simd, ring, i);
             let weight = load(simd, &self.weight, i);
             let off_x = load(simd, &self.displacement.x, i) - load(simd, &self.free.x, i);
             let off_y = load(simd, &self.displacement.y, i) - load(simd, &self.free.y, i);
@@ -293,7 +293,7 @@ impl Newton {
         level: Level,
         parts: Parts,
     ) {
-        on_level!(level, simd => self.assemble_ring(simd, ring, effects, parts));
+        self.assemble_ring(level, ring, effects.edge_law(), parts);
         if effects.walls.acts() {
             effects.walls.add_stiffness(ring, parts, &mut self.stiffness);
         }
@@ -304,22 +304,21 @@ impl Newton {
     }
 
     /// Weights, edges and the pressure, `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
+    fn assemble_ring(&mut self, level: Level, ring: &Ring, law: EdgeLaw, parts: Parts) {
+        on_level!(level, simd => self.assemble_ring_with(simd, ring, law, parts));
+    }
+
     #[inline(always)]
-    fn assemble_ring<S: Simd, E: EdgeForce, D: Drag>(
-        &mut self,
-        simd: S,
-        ring: &Ring,
-        effects: &RingEffects<E, D>,
-        parts: Parts,
-    ) {
+    fn assemble_ring_with<S: Simd>(&mut self, simd: S, ring: &Ring, law: EdgeLaw, parts: Parts) {
         let (n, long, zero) = (ring.n, padded(ring.n), f64x8::splat(simd, 0.0));
+        let EdgeLaw { tension, eps_squared } = law;
         let [along_xx, along_xy, along_yy] = &mut self.edge_stiffness;
         for i in (LANES..long + LANES).step_by(LANES) {
             let (ex, ey) = (load(simd, &ring.edge_x, i), load(simd, &ring.edge_y, i));
             let inverse_length =
-                if E::NEEDS_LENGTH { inverse_sqrt(simd, ex * ex + ey * ey + effects.eps_squared) } else { zero };
-            let mut across = effects.edge.coefficient(simd, inverse_length);
-            let mut slope = effects.edge.slope(simd, inverse_length);
+                if tension.needs_length() { inverse_sqrt(simd, ex * ex + ey * ey + eps_squared) } else { zero };
+            let mut across = tension.coefficient(simd, inverse_length);
+            let mut slope = tension.slope(simd, inverse_length);
             if parts == Parts::Positive {
                 slope = across.simd_lt(zero).select(slope.max(zero), slope);
                 across = across.max(zero);
@@ -335,15 +334,15 @@ impl Newton {
         let m = &mut self.stiffness;
         for i in (0..long).step_by(LANES) {
             let weight = load(simd, &self.weight, i);
-            let ahead = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES));
-            let behind = [&*along_xx, &*along_xy, &*along_yy].map(|edges| load(simd, edges, i + LANES - 1));
-            store(weight + (ahead[0] + behind[0]), &mut m.own_xx, i);
-            store(ahead[1] + behind[1], &mut m.own_xy, i);
-            store(weight + (ahead[2] + behind[2]), &mut m.own_yy, i);
-            store(-ahead[0], &mut m.next_xx, i);
-            store(-ahead[1] - turn, &mut m.next_xy, i);
-            store(-ahead[1] + turn, &mut m.next_yx, i);
-            store(-ahead[2], &mut m.next_yy, i);
+            let (xx, xy, yy) =
+                (load(simd, along_xx, i + LANES), load(simd, along_xy, i + LANES), load(simd, along_yy, i + LANES));
+            store(weight + (xx + load(simd, along_xx, i + LANES - 1)), &mut m.own_xx, i);
+            store(xy + load(simd, along_xy, i + LANES - 1), &mut m.own_xy, i);
+            store(weight + (yy + load(simd, along_yy, i + LANES - 1)), &mut m.own_yy, i);
+            store(-xx, &mut m.next_xx, i);
+            store(-xy - turn, &mut m.next_xy, i);
+            store(-xy + turn, &mut m.next_yx, i);
+            store(-yy, &mut m.next_yy, i);
         }
         for own in [&mut m.own_xx, &mut m.own_xy, &mut m.own_yy] {
             own[n..].fill(0.0);

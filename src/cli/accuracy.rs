@@ -1,0 +1,166 @@
+//! `meniscus accuracy`: what each digit costs, measured on this machine.
+
+use super::deadline::parse_time;
+use super::run::{Effort, threads};
+use super::{Exit, Outcome, print, store_of};
+use meniscus::accuracy::{self, Accuracy, parts};
+use meniscus::campaign::Campaign;
+use meniscus::executor::schedule::StopReason;
+use meniscus::fits::RunRecord;
+use meniscus::job::{JobId, PointId};
+use meniscus::report::accuracy::{Origin, page, text};
+use meniscus::report::{front_plot, raster};
+use meniscus::store::{Origins, StoreError, origins, records};
+use std::collections::HashMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The campaigns that come with the program: under ten minutes on two quiet cores, and a night.
+const SHORT: &str = include_str!("../../campaigns/accuracy.toml");
+const FULL: &str = include_str!("../../campaigns/accuracy_full.toml");
+
+/// How much larger than its SVG the PNG is.
+const ZOOM: f32 = 2.0;
+
+/// Arguments of `accuracy`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Runs one scene after another over N_v, dt, integrator, kappa, eps, wall stiffness and threshold, each varied alone, and shows errors, observed
+orders, time per t0, and the front of error against time. The runs are a campaign like any other: stop it, type it again and it goes on; a second call
+computes nothing. Times are those of the runs in the store: to measure them anew, remove it.
+
+`tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most that. The error is the largest
+relative error of the headline observables: A_max - 1 and transit time in channels, <v_g> (and lambda, where its error is resolved) in arrays of
+obstacles. --record writes the table it reads.")]
+pub struct Arguments {
+    /// Another campaign, its blocks named SCENE.KNOB as those of campaigns/accuracy.toml are
+    campaign: Option<PathBuf>,
+    /// The size for a night: finer rings, more arrays, longer ways
+    #[arg(long, conflicts_with = "campaign")]
+    full: bool,
+    /// The store [default: NAME.meniscus in this folder]
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Stop after this time: 90s, 45m, 8h, 2d
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    deadline: Option<Duration>,
+    /// Write everything as a Markdown page, its plot as SVG and PNG beside it
+    #[arg(long, value_name = "FILE.md")]
+    markdown: Option<PathBuf>,
+    /// Draw the plot: .svg or .png
+    #[arg(long, value_name = "FILE")]
+    plot: Vec<PathBuf>,
+    /// Write the table that `tolerance` reads
+    #[arg(long, value_name = "FILE.toml")]
+    record: Option<PathBuf>,
+}
+
+impl Arguments {
+    /// Runs the subcommand.
+    pub fn run(&self, quiet: bool) -> Outcome {
+        let campaign = match (&self.campaign, self.full) {
+            (Some(path), _) => Campaign::load(path)?,
+            (None, true) => Campaign::parse("campaigns/accuracy_full.toml", FULL)?,
+            (None, false) => Campaign::parse("campaigns/accuracy.toml", SHORT)?,
+        };
+        campaign.blocks.iter().try_for_each(|block| parts(&block.name).map(drop))?;
+        if let Some(odd) = self.plot.iter().find(|path| picture_kind(path).is_none()) {
+            return Err(format!("{} is no picture that can be written; name it .svg or .png", odd.display()).into());
+        }
+        let dir = store_of(self.store.as_deref(), &campaign.name);
+        let effort = Effort {
+            threads: threads(self.threads),
+            deadline: self.deadline,
+            checkpoint_every: Duration::from_secs(60),
+            retry: None,
+        };
+        let stopped = effort.execute(&campaign, &dir, quiet)?;
+        let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
+        print(&text(&accuracy))?;
+        match stopped.map(|early| early.reason) {
+            None => {
+                self.write(&campaign, &dir, &accuracy)?;
+                Ok(Exit::Done)
+            }
+            Some(StopReason::Interrupted) => Ok(Exit::Interrupted),
+            Some(StopReason::Deadline) => {
+                if !quiet {
+                    eprintln!("the deadline came, and the tables are of what is there; the same command goes on");
+                }
+                Ok(Exit::Done)
+            }
+            Some(StopReason::Breaker { class, .. }) => {
+                Err(format!("most jobs failed alike ({}); see them in {}", class.name(), dir.display()).into())
+            }
+            Some(StopReason::WriterStopped) => Err("the store took no more outcomes".into()),
+        }
+    }
+
+    /// Writes the page, the plots and the table that were asked for.
+    fn write(&self, campaign: &Campaign, dir: &Path, accuracy: &Accuracy) -> Result<(), Box<dyn Error>> {
+        let svg = front_plot::svg(&accuracy.fronts);
+        let mut plots = self.plot.clone();
+        if let Some(file) = &self.markdown {
+            plots.extend(["svg", "png"].map(|kind| file.with_extension(kind)));
+            let picture = file.with_extension("svg").file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let command = format!(
+                "meniscus accuracy{}{} --markdown {}",
+                if self.full { " --full" } else { "" },
+                self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", path.display())),
+                file.display()
+            );
+            let origin = Origin { campaign: campaign.name.clone(), measured: measured(dir)?, command, picture };
+            write_file(file, page(accuracy, &origin).as_bytes())?;
+        }
+        for path in &plots {
+            match picture_kind(path) {
+                Some("png") => write_file(path, &raster::png(&svg, ZOOM)?)?,
+                _ => write_file(path, svg.as_bytes())?,
+            }
+        }
+        if let Some(path) = &self.record {
+            let table = toml::to_string(&accuracy.table(measured(dir)?))?;
+            let head = "# The settings that `tolerance` chooses among; written by `meniscus accuracy --record`.\n\n";
+            write_file(path, (head.to_owned() + &table).as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    std::fs::write(path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+fn picture_kind(path: &Path) -> Option<&'static str> {
+    let extension = path.extension()?.to_str()?;
+    ["svg", "png"].into_iter().find(|kind| *kind == extension)
+}
+
+/// What the store holds of each point, its runs by seed; time series only where something is read off them.
+fn runs(campaign: &Campaign, dir: &Path) -> Result<HashMap<PointId, Vec<RunRecord>>, Box<dyn Error>> {
+    let mut all = HashMap::new();
+    for block in &campaign.blocks {
+        let (study, _) = parts(&block.name)?;
+        for &point in &block.point_ids {
+            let ids: Vec<JobId> = block.seeds.clone().map(|seed| JobId::new(point, seed)).collect();
+            all.insert(point, records(dir, &ids, study.needs_samples())?.into_iter().flatten().collect());
+        }
+    }
+    Ok(all)
+}
+
+/// This machine, and the days and commits of the runs.
+fn measured(dir: &Path) -> Result<String, StoreError> {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let model = model.map_or("an unknown processor", |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let level = format!("{:?}", meniscus::vector::best_level());
+    let level = level.split('(').next().unwrap_or_default();
+    let Origins { commits, days } = origins(dir)?;
+    Ok(format!("{model}, {cores} cores, {level}, {days}, commit {commits}"))
+}

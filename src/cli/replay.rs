@@ -1,0 +1,38 @@
+//! `meniscus replay DUMP`: see a failure again.
+
+use super::{Exit, Outcome, print};
+use meniscus::executor::replay::Dump;
+use meniscus::vector;
+use std::path::PathBuf;
+
+/// Arguments of `replay`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The dump that a failed job left: the column dump of the view `failures`, within the store's folder
+    dump: PathBuf,
+}
+
+impl Arguments {
+    /// Runs the subcommand.
+    pub fn run(&self) -> Outcome {
+        let dump = Dump::read(&self.dump)?;
+        let (point, seed) = (&dump.job.point, dump.job.seed);
+        let (model, scene) = (point.model.name(), point.scene.name());
+        print(&format!("job {}: {model}, {scene}, seed {seed}, from step {} on\n", dump.id, dump.from_step()))?;
+        let now = dump.run(vector::best_level())?;
+        match (now, dump.failure()) {
+            (Err(now), Some(recorded)) if now == *recorded => {
+                print(&format!("failed as recorded: {now}\n"))?;
+                Ok(Exit::Done)
+            }
+            (now, recorded) => {
+                let now = now.map_or_else(|failure| failure.to_string(), |outcome| outcome.name().to_owned());
+                print(&format!("ended otherwise: {now}\n"))?;
+                match recorded {
+                    Some(recorded) => Err(format!("it failed with {recorded} when the dump was written").into()),
+                    None => Ok(Exit::Done),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! How long the writer waits where saving fails: until there is room on a full disk, a few times for anything else, and no
+//! longer once the run is to end.
+
+use super::StoreError;
+use std::error::Error;
+use std::io::ErrorKind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Longest pause between two looks at a full disk.
+const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+
+/// Pause between the last attempts, and how many there are.
+const SHORTEST_PAUSE: Duration = Duration::from_millis(200);
+const LAST_ATTEMPTS: usize = 3;
+
+/// How often a pause looks up.
+const TICK: Duration = Duration::from_millis(50);
+
+/// When there is no time left to wait.
+#[derive(Clone, Debug, Default)]
+pub struct Hurry {
+    /// Set when somebody asks for the end.
+    pub interrupted: Arc<AtomicBool>,
+    /// When it has to end by itself.
+    pub deadline: Option<Instant>,
+}
+
+impl Hurry {
+    /// Whether it is time to end.
+    pub fn is_now(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed) || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Waits, but not for long once it is time to end.
+    pub(super) fn pause(&self, pause: Duration) {
+        let begin = Instant::now();
+        while begin.elapsed() < if self.is_now() { pause.min(SHORTEST_PAUSE) } else { pause } {
+            std::thread::sleep(TICK.min(pause));
+        }
+    }
+}
+
+/// The pause after an attempt that failed, `attempts` others having failed before it; `None` to give up.
+pub(super) fn pause(error: &StoreError, attempts: usize, pauses: &[Duration], hurry: &Hurry) -> Option<Duration> {
+    if hurry.is_now() && attempts + 1 >= LAST_ATTEMPTS {
+        return None;
+    }
+    if is_full(error) {
+        let pause = pauses.get(attempts).or(pauses.last());
+        return Some(pause.map_or(LONGEST_PAUSE, |&pause| pause.min(LONGEST_PAUSE)));
+    }
+    pauses.get(attempts).copied()
+}
+
+/// Whether the disk, or what one may use of it, is full.
+pub(super) fn is_full(error: &StoreError) -> bool {
+    let full = |kind| matches!(kind, ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+    if let StoreError::Sql { source, .. } = error {
+        return source.sqlite_error_code() == Some(rusqlite::ErrorCode::DiskFull);
+    }
+    let mut cause: Option<&(dyn Error + 'static)> = Some(error);
+    while let Some(error) = cause {
+        if error.downcast_ref::<std::io::Error>().is_some_and(|error| full(error.kind())) {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
+}

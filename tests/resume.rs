@@ -1,0 +1,209 @@
+//! A trajectory that is cut anywhere, saved, and taken up again has the bits of one that is not.
+
+#[path = "common/single.rs"]
+mod single;
+
+use meniscus::job::{Integrator, Job, Stepping};
+use meniscus::scene::library::ArrayLibrary;
+use meniscus::simulate::{Context, Ended, Keeper, MotionState, NoKeeper, Snapshot, go_on};
+use meniscus::trajectory::{Failure, Trajectory};
+use meniscus::vector::best_level;
+use proptest::prelude::*;
+use single::job;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+const DENSE: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\nbox_size = 40.0\ndensity = 0.7\n";
+
+/// Every motion and every effect that remembers something; in short.
+fn cases() -> Vec<(&'static str, Job)> {
+    let dense = |keys: &str| job(&format!("{DENSE}{keys}"), 0).0;
+    let in_steps = |mut job: Job, dt: f64| {
+        Arc::make_mut(&mut job.point).stepping = Stepping { integrator: Integrator::Verlet, dt };
+        job
+    };
+    vec![
+        ("wrapped", dense("gamma = 0.3\nn_vertices = 64\nshapes_every = 20.0\nlimits.t_max = 120.0")),
+        ("piled up", dense("gamma = 0.05\nkappa = 1e-3\nn_vertices = 64\ne_w = 1e5\nlimits.t_max = 60.0")),
+        ("hydrostatic", dense("gamma = 0.2\nkappa = 0.3\nn_vertices = 48\ngravity = \"centroid\"\nlimits.t_max = 60.0")),
+        ("near walls", dense("gamma = 0.3\nn_vertices = 48\nb0 = 0.4\nlimits.t_max = 60.0")),
+        ("refused steps", in_steps(dense("gamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0"), 2.5e-2)),
+        ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 90.0")),
+        ("implicit, near walls", dense("gamma = 0.1\nb0 = 0.4\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 60.0")),
+        ("soft", dense("model = \"SP\"\ne_w = 10.0\nlimits.t_max = 3000.0")),
+        ("soft, near walls", dense("model = \"SP\"\ne_w = 10.0\nb0 = 0.4\nlimits.t_max = 100.0")),
+        ("channel", job("scene = \"channel\"\nw = 0.9\nv_t = 0.08\nh_start = -1.2\nh_end = 1.0\ngamma = 0.8\nn_vertices = 64\nb0 = 0.4", 0).0),
+        ("plate", job("scene = \"plate\"\ngamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0", 0).0),
+    ]
+}
+
+/// All bits of a result, signs of zeros too.
+fn bits(result: &Result<Trajectory, Failure>) -> String {
+    format!("{result:?}")
+}
+
+/// Through the bytes of a file and back.
+fn saved(snapshot: &Snapshot) -> Snapshot {
+    let back: Snapshot = postcard::from_bytes(&postcard::to_stdvec(snapshot).unwrap()).unwrap();
+    assert_eq!(format!("{back:?}"), format!("{snapshot:?}"));
+    back
+}
+
+/// Stops a run at the checks it is given, and takes the snapshots of others.
+struct Cutter<'a> {
+    stop: &'a AtomicBool,
+    checks: u64,
+    cuts: &'a [u64],
+    seen: u64,
+}
+
+impl Keeper for Cutter<'_> {
+    fn wants(&mut self) -> bool {
+        self.checks += 1;
+        if self.cuts.contains(&self.checks) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        self.checks.is_multiple_of(7)
+    }
+    fn keep(&mut self, _: Snapshot) {
+        self.seen += 1;
+    }
+}
+
+/// The result of a job that is cut at these checks; and how many snapshots were taken.
+fn cut(job: &Job, cuts: &[u64]) -> (Result<Trajectory, Failure>, u64) {
+    let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
+    let mut cutter = Cutter { stop: &stop, checks: 0, cuts, seen: 0 };
+    let mut from = None;
+    loop {
+        let context = Context { arrays: &arrays, level: best_level(), stop: &stop };
+        match go_on(job, context, from.as_ref(), &mut cutter) {
+            Ok(Ended::Finished(trajectory)) => return (Ok(*trajectory), cutter.seen),
+            Ok(Ended::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)),
+            Ok(Ended::WrongSnapshot) => panic!("a snapshot fits its job"),
+            Err(failure) => return (Err(failure), cutter.seen),
+        }
+        stop.store(false, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_run_cut_at_many_checks_equals_an_uninterrupted_one_for_every_motion() {
+    for (name, job) in cases() {
+        let (whole, _) = cut(&job, &[]);
+        let result = whole.as_ref().unwrap_or_else(|failure| panic!("{name}: {failure}"));
+        assert!(result.steps > 100 && result.samples.len() > 3, "{name}");
+        assert!(result.refused > 0 || !["refused steps", "implicit"].contains(&name), "{name} refuses none");
+        let (often, seen) = cut(&job, &[2, 3, 5, 8, 13, 21, 34, 38, 44, 45, 46, 55, 57]);
+        assert!(seen > 2, "{name}");
+        assert_eq!(bits(&often), bits(&whole), "{name}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+    #[test]
+    fn it_does_wherever_it_is_cut(case in 0..11_usize, cuts in proptest::collection::vec(1..60_u64, 1..6)) {
+        let (name, job) = cases().swap_remove(case);
+        prop_assert_eq!(bits(&cut(&job, &cuts).0), bits(&cut(&job, &[]).0), "{}", name);
+    }
+}
+
+#[test]
+fn a_run_stopped_at_any_instant_between_two_checks_equals_an_uninterrupted_one() {
+    let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
+    for (name, job) in cases().into_iter().filter(|(name, _)| ["piled up", "implicit", "soft"].contains(name)) {
+        let (mut from, mut stops, mut pause) = (None, 0, 200);
+        let result = loop {
+            let ended = std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    std::thread::sleep(Duration::from_micros(pause));
+                    stop.store(true, Ordering::Relaxed);
+                });
+                let context = Context { arrays: &arrays, level: best_level(), stop: &stop };
+                go_on(&job, context, from.as_ref(), &mut NoKeeper)
+            });
+            stop.store(false, Ordering::Relaxed);
+            match ended {
+                Ok(Ended::Finished(trajectory)) => break Ok(*trajectory),
+                Ok(Ended::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)).or(from),
+                Ok(Ended::WrongSnapshot) => panic!("a snapshot fits its job"),
+                Err(failure) => break Err(failure),
+            }
+            (stops, pause) = (stops + 1, pause + 1371);
+        };
+        assert!(stops > 1, "{name} was stopped {stops} times");
+        assert_eq!(bits(&result), bits(&cut(&job, &[]).0), "{name}");
+    }
+}
+
+#[test]
+fn a_run_that_fails_fails_alike_from_any_of_its_checks_on() {
+    let mut job = job(&format!("{DENSE}gamma = 1.0\nn_vertices = 64\ne_w = 300.0\nlimits.t_max = 300.0"), 1).0;
+    Arc::make_mut(&mut job.point).limits.ek_threshold = 1e-30;
+    let (whole, _) = cut(&job, &[]);
+    assert!(whole.is_err(), "{whole:?}");
+    assert_eq!(bits(&cut(&job, &[1, 4, 5, 9, 17, 18, 40]).0), bits(&whole));
+}
+
+#[test]
+fn the_snapshot_of_another_job_is_refused() {
+    let stop = AtomicBool::new(true);
+    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &stop };
+    let begin = |job: &Job| match go_on(job, context, None, &mut NoKeeper) {
+        Ok(Ended::Stopped(Some(snapshot))) => *snapshot,
+        other => panic!("{other:?}"),
+    };
+    // Where nothing has to be blown up, a run that is told to stop has begun all the same.
+    let on = |keys: &str| job(&format!("scene = \"disc\"\nsigma_ob = 0.3\n{keys}"), 0).0;
+    let jobs = [
+        on("gamma = 1.0\nn_vertices = 64"),
+        on("gamma = 1.0\nn_vertices = 72"),
+        on("gamma = 1.0\nn_vertices = 64\nintegrator = \"implicit\""),
+        on("gamma = 1.0\nn_vertices = 64\nself_contact = \"off\""),
+        on("model = \"SP\"\ne_w = 1.0"),
+    ];
+    for (i, one) in jobs.iter().enumerate() {
+        for (j, other) in jobs.iter().enumerate() {
+            let ended = go_on(one, context, Some(&begin(other)), &mut NoKeeper).unwrap();
+            assert_eq!(matches!(ended, Ended::WrongSnapshot), i != j, "{i} {j}");
+        }
+    }
+}
+
+/// Not asserted: what a look at the state costs at each check.
+#[test]
+#[ignore = "a measurement"]
+fn cost_of_the_state_at_each_check() {
+    let (job, _) = job(&format!("{DENSE}gamma = 1.09\nlimits.t_max = 100.0"), 0);
+    let begin = std::time::Instant::now();
+    let (run, _) = cut(&job, &[]);
+    let took = begin.elapsed();
+    let (_, snapshot) = last(&job);
+    let begin = std::time::Instant::now();
+    let copies: Vec<usize> = (0..10000).map(|_| size_of_val(std::hint::black_box(&snapshot.clone()))).collect();
+    println!(
+        "{} steps in {took:?}; a copy of the state takes {:?}",
+        run.unwrap().steps,
+        begin.elapsed() / copies.len() as u32
+    );
+}
+
+fn last(job: &Job) -> (u64, MotionState) {
+    struct Last(Option<Snapshot>);
+    impl Keeper for Last {
+        fn wants(&mut self) -> bool {
+            true
+        }
+        fn keep(&mut self, snapshot: Snapshot) {
+            self.0 = Some(snapshot);
+        }
+    }
+    let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
+    let mut keeper = Last(None);
+    let context = Context { arrays: &arrays, level: best_level(), stop: &stop };
+    go_on(job, context, None, &mut keeper).unwrap();
+    let snapshot = keeper.0.unwrap();
+    (snapshot.step(), snapshot.motion().clone())
+}
