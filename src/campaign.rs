@@ -69,8 +69,30 @@ pub struct Block {
     pub seeds: Range<u64>,
     /// The integrator that was asked for; each point has a definite one.
     pub integrator: IntegratorChoice,
+    /// When seeds are added, and when no more; the range above is then that of the first round.
+    pub until: Option<Until>,
     /// The tolerance that chose vertices and stepping of each point, if one was asked for.
     pub tolerance: Option<f64>,
+}
+
+/// Seeds are added in rounds until an interval is narrow enough ([`crate::rounds`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Until {
+    /// What the interval is of.
+    pub estimate: Estimate,
+    /// Half of the 95% interval over the estimate.
+    pub relative_error: f64,
+    /// Most seeds of a point.
+    pub max_runs: u64,
+}
+
+/// What a point is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// The decay length.
+    Lambda,
+    /// The mean speed.
+    Speed,
 }
 
 impl Campaign {

@@ -25,6 +25,7 @@ pub mod mechanism;
 pub mod observe;
 pub mod plan;
 pub mod report;
+pub mod rounds;
 pub mod scene;
 pub mod shape;
 pub mod simulate;

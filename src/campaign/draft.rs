@@ -1,6 +1,7 @@
 //! A value for every key, and the grid point it makes.
 
 use super::keys::{Id, Value};
+use super::{Estimate, Until};
 use crate::job::{
     Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, LoneDisc,
     Model, ObstacleField, PAPER_KAPPA, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
@@ -45,6 +46,13 @@ impl Draft {
     /// The integrator that is asked for.
     pub(super) fn integrator(&self) -> IntegratorChoice {
         IntegratorChoice::from_name(self.word(Id::Integrator)).unwrap_or_default()
+    }
+
+    /// When seeds are added, if they are.
+    pub(super) fn until(&self) -> Option<Until> {
+        let estimate = if self.word(Id::Estimate) == "v_g" { Estimate::Speed } else { Estimate::Lambda };
+        let max_runs = self.number(Id::MaxRuns) as u64;
+        self.maybe(Id::RelativeError).map(|relative_error| Until { estimate, relative_error, max_runs })
     }
 
     /// The tolerance that chooses vertices and stepping; `None` where they are given, and of a soft particle.

@@ -5,7 +5,7 @@ use crate::job::{ContactKind, Engulfed, GravityForm, IntegratorChoice, SelfConta
 use Fallback::{Is, Required};
 use Kind::{Choice, Number, NumberOr, Text, Whole};
 use Meaning::{Always, Model, Scene};
-use Place::{File, Limit, Parameter, Section};
+use Place::{File, Limit, Parameter, Section, Until};
 use Value::Word;
 
 /// One row of the table.
@@ -69,6 +69,9 @@ pub enum Id {
     ShapesEvery,
     TMax,
     Distance,
+    RelativeError,
+    Estimate,
+    MaxRuns,
     EkThreshold,
 }
 
@@ -88,6 +91,8 @@ pub enum Place {
     Parameter,
     /// Under `limits`, or as an axis of the grid.
     Limit,
+    /// Under `until`.
+    Until,
 }
 
 /// What a key holds.
@@ -202,6 +207,9 @@ pub const KEYS: &[Key] = &[
     key(Id::ShapesEvery, "shapes_every", Parameter, NumberOr(at_least(1.0), "none"), Always, Is(Word("none")), "time between two kept shapes"),
     key(Id::TMax, "t_max", Limit, Number(POSITIVE), Always, is(2e5), "longest simulated time"),
     key(Id::Distance, "distance", Limit, NumberOr(POSITIVE, "none"), Always, Is(Word("none")), "way after which a run ends"),
+    key(Id::RelativeError, "relative_error", Until, NumberOr(between(0.01, 1.0), "none"), Always, Is(Word("none")), "half of the 95% interval over the estimate at which no more seeds are added"),
+    key(Id::Estimate, "estimate", Until, Choice(&["lambda", "v_g"]), Always, Is(Word("lambda")), "what that interval is of"),
+    key(Id::MaxRuns, "max_runs", Until, Whole(between(1.0, 1e5)), Always, is(400.0), "most seeds per grid point"),
     key(Id::EkThreshold, "ek_threshold", Limit, Number(POSITIVE.below(1.0)), Always, is(1e-17), "E_k/E_t of a clog"),
 ];
 

@@ -17,6 +17,7 @@ enum Home {
     File,
     Block,
     Limits,
+    Until,
     Grid,
 }
 
@@ -26,15 +27,16 @@ impl Home {
             Self::File => matches!(key.place, Place::File | Place::Section | Place::Parameter),
             Self::Block => matches!(key.place, Place::Section | Place::Parameter),
             Self::Limits => key.place == Place::Limit,
+            Self::Until => key.place == Place::Until,
             Self::Grid => key.is_axis(),
         }
     }
 
     fn tables(self) -> &'static [&'static str] {
         match self {
-            Self::File => &["limits", "grid", "block"],
-            Self::Block => &["limits", "grid"],
-            Self::Limits | Self::Grid => &[],
+            Self::File => &["limits", "until", "grid", "block"],
+            Self::Block => &["limits", "until", "grid"],
+            Self::Limits | Self::Until | Self::Grid => &[],
         }
     }
 
@@ -91,6 +93,7 @@ fn section(table: &DeTable<'_>, home: Home, span: Span, problems: &mut Problems<
         let path = format!("{prefix}{}", key.get_ref());
         match table_meant(key, value, home, &path, problems) {
             Some("limits") => inner(value, Home::Limits, &path, &mut section, problems),
+            Some("until") => inner(value, Home::Until, &path, &mut section, problems),
             Some("grid") => {
                 section.has_grid = true;
                 inner(value, Home::Grid, &path, &mut section, problems);
@@ -186,6 +189,7 @@ fn place_in_words(place: Place) -> &'static str {
         Place::Section => "at the top of the file or of a block",
         Place::Parameter => "at the top of the file or of a block, or in the grid",
         Place::Limit => "under [limits]",
+        Place::Until => "under [until]",
     }
 }
 

@@ -145,8 +145,8 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
     let (points, point_ids) = product(&draft, &axes, view, (size / runs) as usize, problems);
     let name = view.section().text(Id::Name)?.to_owned();
     let integrator = draft.integrator();
-    let tolerance = draft.tolerance();
-    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator, tolerance })
+    let (tolerance, until) = (draft.tolerance(), draft.until());
+    Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator, until, tolerance })
 }
 
 /// What a tolerance chooses must not be given as well.

@@ -1,6 +1,6 @@
 //! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
 
-use super::run::threads;
+use super::run::{this_round, threads};
 use super::{Exit, Outcome, print, store_of};
 use meniscus::campaign::Campaign;
 use meniscus::plan::{KnownJobs, Retry, plan};
@@ -26,6 +26,7 @@ impl Arguments {
     pub fn run(&self) -> Outcome {
         let campaign = Campaign::load(&self.campaign)?;
         let dir = store_of(self.store.as_deref(), &campaign.name);
+        let campaign = this_round(&campaign, &dir)?;
         let known = KnownJobs::new(job_states(&dir)?);
         let plan = plan(&campaign, &known, &Retry::Nothing, &speed::measure(vector::best_level()));
         print(&plan.render(threads(self.threads)))?;

@@ -7,7 +7,10 @@ use meniscus::campaign::Campaign;
 use meniscus::executor::schedule::{Progress, StopReason};
 use meniscus::executor::{self, Options, Paused, Report};
 use meniscus::plan::{KnownJobs, Plan, Retry, plan};
-use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading};
+use meniscus::rounds::{Results, grown};
+use meniscus::store::{
+    CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading, point_runs,
+};
 use meniscus::trajectory::FailureClass;
 use meniscus::{speed, vector};
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -124,7 +127,7 @@ impl Arguments {
     fn finish(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Outcome {
         let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
         print(&fit::tables(dir, |id| mine.contains(&id))?)?;
-        let plan = plan_now(campaign, dir)?;
+        let plan = plan_now(&this_round(campaign, dir)?, dir)?;
         let failed: u64 = plan.blocks.iter().map(|block| block.counts.failed).sum();
         let done: u64 = plan.blocks.iter().map(|block| block.counts.done).sum();
         let say = |text: String| {
@@ -169,8 +172,28 @@ pub struct EarlyEnd {
 }
 
 impl Effort {
-    /// Runs what the store in `dir` does not hold yet of a campaign; tells if not all was run.
+    /// Runs what the store in `dir` does not hold yet of a campaign, round after round; tells if not all was run.
     pub fn execute(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Result<Option<EarlyEnd>, Box<dyn Error>> {
+        let (begin, mut effort) = (Instant::now(), *self);
+        let mut round = this_round(campaign, dir)?;
+        loop {
+            if let Some(early) = effort.execute_round(&round, dir, quiet)? {
+                return Ok(Some(early));
+            }
+            let next = this_round(campaign, dir)?;
+            let more = next.n_jobs() - round.n_jobs();
+            if more == 0 {
+                return Ok(None);
+            }
+            if !quiet {
+                eprintln!("not every interval is as narrow as asked for: another round, of {more} runs");
+            }
+            let deadline = self.deadline.map(|deadline| deadline.saturating_sub(begin.elapsed()));
+            (round, effort) = (next, Self { deadline, retry: None, ..*self });
+        }
+    }
+
+    fn execute_round(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Result<Option<EarlyEnd>, Box<dyn Error>> {
         if self.retry.is_none() && nothing_to_do(campaign, dir)? {
             return Ok(None);
         }
@@ -216,6 +239,18 @@ impl Effort {
 /// Worker threads: as asked, or one a core.
 pub fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+}
+
+/// The campaign with the seeds that its intervals ask for now; the campaign itself if it does not say until when to run.
+pub fn this_round(campaign: &Campaign, dir: &Path) -> Result<Campaign, Box<dyn Error>> {
+    if campaign.blocks.iter().all(|block| block.until.is_none()) {
+        return Ok(campaign.clone());
+    }
+    let runs = match open_reading(dir)? {
+        Some(conn) => point_runs(&conn)?,
+        None => Vec::new(),
+    };
+    Ok(grown(campaign, &Results::new(runs, job_states(dir)?)))
 }
 
 /// What the campaign still has to do, by what the store says now; no time is estimated.
