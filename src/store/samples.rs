@@ -21,7 +21,7 @@ use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The columns of a sample file and of the table `samples`, in order.
 pub(super) const COLUMNS: [&str; 9] = ["job_id", "t", "r", "h", "y", "v_g", "ek_ratio", "shape", "area_error"];
@@ -80,11 +80,15 @@ fn properties() -> WriterProperties {
 struct HashingFile {
     file: File,
     hasher: blake3::Hasher,
+    /// What the system said first, by its number: the Parquet writer keeps no more than the words.
+    said: Arc<OnceLock<i32>>,
 }
 
 impl Write for HashingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let written = self.file.write(bytes)?;
+        let written = self.file.write(bytes).inspect_err(|error| {
+            error.raw_os_error().into_iter().for_each(|number| drop(self.said.set(number)));
+        })?;
         self.hasher.update(&bytes[..written]);
         Ok(written)
     }
@@ -101,8 +105,12 @@ pub(super) fn write(dir: &Path, jobs: &[(JobId, &Samples)]) -> Result<SampleFile
     let folder = samples_dir(dir);
     // One writer, one half-written file: the next attempt or the next opening replaces it.
     let half = folder.join("batch.tmp");
-    let file = HashingFile { file: File::create(&half).map_err(StoreError::io(&half))?, hasher: blake3::Hasher::new() };
-    let written = write_rows(file, jobs).map_err(StoreError::parquet(&half))?;
+    let (file, said) = (File::create(&half).map_err(StoreError::io(&half))?, Arc::new(OnceLock::new()));
+    let file = HashingFile { file, hasher: blake3::Hasher::new(), said: said.clone() };
+    let written = write_rows(file, jobs).map_err(|error| match said.get() {
+        Some(&number) => StoreError::io(&half)(std::io::Error::from_raw_os_error(number)),
+        None => StoreError::parquet(&half)(error),
+    })?;
     written.file.sync_all().map_err(StoreError::io(&half))?;
     let bytes = written.file.metadata().map_err(StoreError::io(&half))?.len();
     let checksum = written.hasher.finalize().to_hex();
