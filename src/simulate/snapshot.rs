@@ -45,11 +45,6 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The state of the droplet.
-    pub fn motion(&self) -> &MotionState {
-        &self.motion
-    }
-
     /// Time steps taken so far.
     pub fn step(&self) -> u64 {
         self.course.step

@@ -81,11 +81,14 @@ pub(super) struct HashingFile<'a> {
     file: File,
     path: &'a Path,
     hasher: blake3::Hasher,
+    /// What the system said first, by its number: the Parquet writer keeps no more than the words.
+    said: Option<i32>,
 }
 
 impl Write for HashingFile<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        disk::write(&self.file, self.path, bytes)?;
+        disk::write(&self.file, self.path, bytes)
+            .inspect_err(|error| self.said = self.said.or(error.raw_os_error()))?;
         self.hasher.update(bytes);
         Ok(bytes.len())
     }
@@ -113,8 +116,12 @@ pub(super) fn write_with(
     let folder = samples_dir(dir);
     // One writer, one half-written file: the next attempt or the next opening replaces it.
     let half = folder.join("batch.tmp");
-    let mut written = HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new() };
-    let rows = write_all(&mut written, fill).map_err(StoreError::parquet(&half))?;
+    let mut written =
+        HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new(), said: None };
+    let rows = write_all(&mut written, fill).map_err(|error| match written.said {
+        Some(number) => StoreError::io(&half)(std::io::Error::from_raw_os_error(number)),
+        None => StoreError::parquet(&half)(error),
+    })?;
     disk::sync(&written.file, &half)?;
     let bytes = written.file.metadata().map_err(StoreError::io(&half))?.len();
     let checksum = written.hasher.finalize().to_hex();

@@ -200,7 +200,10 @@ fn an_error_names_the_place_and_the_tables_that_exist() {
     let error = |sql: &str| query(dir.path(), sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
     let unknown = error("SELECT * FROM run");
     assert!(unknown.contains("no such table: run"), "{unknown}");
-    assert!(unknown.contains("there are: samples, all_runs, clog_events, lambda_fits, runs, shapes"), "{unknown}");
+    assert!(
+        unknown.contains("there are: samples, all_runs, clog_events, failures, lambda_fits, runs, shapes"),
+        "{unknown}"
+    );
     let column = error("SELECT job_id,\n gama FROM runs");
     assert!(column.contains("no such column: gama\n   gama FROM runs\n   ^"), "{column}");
     assert!(error("DELETE FROM jobs").contains("readonly"), "a query cannot write");
