@@ -27,7 +27,16 @@ pub fn inverse_sqrt<S: Simd>(simd: S, s: f64x8<S>) -> f64x8<S> {
 /// `a b + c`, rounded once.
 #[inline(always)]
 pub fn fma<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
-    a.mul_add_precise(b, c)
+    if matches!(a.simd.level(), Level::Fallback(_)) {
+        return f64x8::from_slice(a.simd, &plain_fma(a.as_slice(), b.as_slice(), c.as_slice()));
+    }
+    a.mul_add(b, c)
+}
+
+/// The same without vectors. Not inline, for the plain instruction set has no such instruction, and what stands for it is long.
+#[inline(never)]
+fn plain_fma(a: &[f64], b: &[f64], c: &[f64]) -> [f64; LANES] {
+    std::array::from_fn(|k| a[k].mul_add(b[k], c[k]))
 }
 
 /// Sum of the eight lanes, always in the same order.

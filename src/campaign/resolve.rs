@@ -125,7 +125,7 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
             }
         }
     }
-    sound &= chosen_once(&draft, view, problems);
+    sound &= chosen_once(&draft, view, problems) & until_is_whole(view, problems);
     if !sound {
         return None;
     }
@@ -147,6 +147,15 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
     let integrator = draft.integrator();
     let (tolerance, until) = (draft.tolerance(), draft.until());
     Some(Block { name, points, point_ids, seeds: first_seed..first_seed + runs, integrator, until, tolerance })
+}
+
+/// What stands under `until` needs the error that it is about.
+fn until_is_whole(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    let idle = [Id::MaxRuns, Id::Estimate].into_iter().filter_map(|id| view.get(id)).next();
+    let (None, Some(entry)) = (view.get(Id::RelativeError), idle) else { return true };
+    let help = "write how narrow the interval has to be, like until = { relative_error = 0.1 }".to_owned();
+    problems.add(entry.span.clone(), Some(entry.path.clone()), "`until` has no relative_error".to_owned(), Some(help));
+    false
 }
 
 /// What a tolerance chooses must not be given as well.

@@ -1,6 +1,5 @@
 //! Blocks of 2 x 2 numbers, for one chain or for eight at once.
 
-use crate::vector::fma;
 use fearless_simd::{f64x8, prelude::*};
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -8,8 +7,6 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub(super) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// `a b + c`: fused in eight lanes; a lone number is multiplied and added.
-    fn times_plus(self, b: Self, c: Self) -> Self;
     /// `1/x`.
     fn inverse(self) -> Self;
     /// Whether it, or each, is positive.
@@ -17,11 +14,6 @@ pub(super) trait Number:
 }
 
 impl Number for f64 {
-    #[inline(always)]
-    fn times_plus(self, b: Self, c: Self) -> Self {
-        self * b + c
-    }
-
     #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
@@ -34,11 +26,6 @@ impl Number for f64 {
 }
 
 impl<S: Simd> Number for f64x8<S> {
-    #[inline(always)]
-    fn times_plus(self, b: Self, c: Self) -> Self {
-        fma(self, b, c)
-    }
-
     #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
@@ -71,10 +58,10 @@ impl<T: Number> Mul for Block<T> {
     #[inline(always)]
     fn mul(self, b: Self) -> Self {
         Self {
-            xx: self.xx.times_plus(b.xx, self.xy * b.yx),
-            xy: self.xx.times_plus(b.xy, self.xy * b.yy),
-            yx: self.yx.times_plus(b.xx, self.yy * b.yx),
-            yy: self.yx.times_plus(b.xy, self.yy * b.yy),
+            xx: self.xx * b.xx + self.xy * b.yx,
+            xy: self.xx * b.xy + self.xy * b.yy,
+            yx: self.yx * b.xx + self.yy * b.yx,
+            yy: self.yx * b.xy + self.yy * b.yy,
         }
     }
 }
