@@ -21,7 +21,7 @@ pub mod stiffness;
 pub mod tension;
 
 use crate::droplet::deformable::Ring;
-use crate::vector::{fma, load};
+use crate::vector::{Instructions, fma, load};
 use fearless_simd::{f64x8, prelude::*};
 use stiffness::{Parts, Stiffness};
 
@@ -53,7 +53,7 @@ impl TensionLaw {
     /// `T/l_eps` from `1/l_eps`, eight edges at a time: the edge pulls its first vertex with `T/l_eps` times the edge
     /// vector, and its second with the opposite.
     #[inline(always)]
-    pub fn coefficient<S: Simd>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S> {
+    pub fn coefficient<S: Instructions>(self, simd: S, inverse_length: f64x8<S>) -> f64x8<S> {
         fma(inverse_length, f64x8::splat(simd, self.constant), f64x8::splat(simd, self.per_length))
     }
 

@@ -16,7 +16,7 @@ pub const LANES: usize = 8;
 /// A single-precision start (relative error 1e-7) and one third-order step `y (1 + h/2 + 3h^2/8)`, `h = 1 - s y^2`,
 /// whose error is `5h^3/16`, below 1e-20. Costs less than half of a double-precision root and division.
 #[inline(always)]
-pub fn inverse_sqrt<S: Simd>(simd: S, s: f64x8<S>) -> f64x8<S> {
+pub fn inverse_sqrt<S: Instructions>(simd: S, s: f64x8<S>) -> f64x8<S> {
     let [one, half, three_eighths] = [f64x8::splat(simd, 1.0), f64x8::splat(simd, 0.5), f64x8::splat(simd, 0.375)];
     let single = 1.0 / simd.narrow_f64x8(s, s).sqrt();
     let (y, _) = simd.widen_f32x16(single);
@@ -24,19 +24,42 @@ pub fn inverse_sqrt<S: Simd>(simd: S, s: f64x8<S>) -> f64x8<S> {
     fma(y * h, fma(h, three_eighths, half), y)
 }
 
-/// `a b + c`, rounded once.
-#[inline(always)]
-pub fn fma<S: Simd>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
-    if matches!(a.simd.level(), Level::Fallback(_)) {
-        return f64x8::from_slice(a.simd, &plain_fma(a.as_slice(), b.as_slice(), c.as_slice()));
-    }
-    a.mul_add(b, c)
+/// An instruction set that kernels are compiled for ([`on_level`](crate::on_level)).
+pub trait Instructions: Simd {
+    /// `a b + c`, rounded once.
+    fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self>;
 }
 
-/// The same without vectors. Not inline, for the plain instruction set has no such instruction, and what stands for it is long.
-#[inline(never)]
-fn plain_fma(a: &[f64], b: &[f64], c: &[f64]) -> [f64; LANES] {
-    std::array::from_fn(|k| a[k].mul_add(b[k], c[k]))
+/// Sets that have the instruction.
+macro_rules! fused {
+    ($($set:ty),+) => {
+        $(impl Instructions for $set {
+            #[inline(always)]
+            fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self> {
+                a.mul_add(b, c)
+            }
+        })+
+    };
+}
+#[cfg(target_arch = "x86_64")]
+fused!(fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
+#[cfg(target_arch = "aarch64")]
+fused!(fearless_simd::aarch64::Neon);
+
+impl Instructions for fearless_simd::Fallback {
+    // A call, for what stands for the instruction is long.
+    #[inline(never)]
+    fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self> {
+        let (x, y, z) = (a.as_slice(), b.as_slice(), c.as_slice());
+        let lanes: [f64; LANES] = std::array::from_fn(|k| x[k].mul_add(y[k], z[k]));
+        f64x8::from_slice(a.simd, &lanes)
+    }
+}
+
+/// `a b + c`, rounded once.
+#[inline(always)]
+pub fn fma<S: Instructions>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+    S::fma(a, b, c)
 }
 
 /// Sum of the eight lanes, always in the same order.
@@ -123,13 +146,12 @@ pub fn best_level() -> Level {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fearless_simd::dispatch;
 
     #[test]
     fn inverse_square_roots_are_right_to_two_units_in_the_last_place() {
         let mut s = 1e-30;
         while s < 1e30 {
-            let got = dispatch!(Level::new(), simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[3]);
+            let got = on_level!(Level::new(), simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[3]);
             let want = 1.0 / s.sqrt();
             assert!((got / want - 1.0).abs() <= 2.0 * f64::EPSILON, "{s}: {got} {want}");
             s *= 1.37;
@@ -140,7 +162,7 @@ mod tests {
     fn all_instruction_sets_give_the_same_bits() {
         for k in 1..1000 {
             let s = f64::from(k) * 1.234_567e-3;
-            let at = |level: Level| dispatch!(level, simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[0]);
+            let at = |level: Level| on_level!(level, simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[0]);
             assert_eq!(at(Level::new()).to_bits(), at(Level::fallback()).to_bits());
         }
     }

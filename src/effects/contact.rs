@@ -165,18 +165,12 @@ impl<W: Walls> Contact<W> {
     /// Whether an edge that was pushed touches no longer.
     #[inline(always)]
     fn has_lost<S: Simd>(&self, simd: S, ring: &Ring) -> bool {
-        // Loops, for a closure is not compiled for the instruction set that it is called from.
-        for stretch in &self.stretches {
-            for i in (stretch.start..stretch.end).step_by(LANES) {
+        self.stretches.iter().any(|stretch| {
+            (stretch.start..stretch.end).step_by(LANES).any(|i| {
                 let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
-                if let Some(Touch { overlap, .. }) = touch
-                    && overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true()
-                {
-                    return true;
-                }
-            }
-        }
-        false
+                touch.is_some_and(|touch| touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true())
+            })
+        })
     }
 
     /// Notes what each edge is pushed with.

@@ -19,7 +19,7 @@ mod lanes;
 use crate::effects::stiffness::Stiffness;
 use crate::on_level;
 use crate::vector::aligned::Aligned;
-use crate::vector::{LANES, fma, load, store, sum_lanes};
+use crate::vector::{Instructions, LANES, fma, load, store, sum_lanes};
 use block::{Block, Number, Pivot};
 use fearless_simd::{Level, f64x8, prelude::*};
 use lanes::Lanes;
@@ -175,7 +175,7 @@ impl Solution {
 
     /// The solution with the term of rank one, into `b`.
     #[inline(always)]
-    fn combine<S: Simd>(&self, simd: S, n: usize, k: f64, g: [&[f64]; 2], b: [&mut [f64]; 2]) {
+    fn combine<S: Instructions>(&self, simd: S, n: usize, k: f64, g: [&[f64]; 2], b: [&mut [f64]; 2]) {
         let [bx, by] = b;
         let zero = f64x8::splat(simd, 0.0);
         let (mut along, mut own) = (zero, zero);

@@ -10,7 +10,7 @@
 use crate::droplet::deformable::Ring;
 use crate::effects::{Rates, TensionLaw};
 use crate::on_level;
-use crate::vector::{LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
+use crate::vector::{Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
 use fearless_simd::{Level, f64x8, prelude::*};
 
 /// The tension of a ring.
@@ -25,7 +25,7 @@ pub struct EdgeLaw {
 impl EdgeLaw {
     /// `T/l_eps` of eight edges.
     #[inline(always)]
-    fn coefficients<S: Simd>(self, simd: S, ex: f64x8<S>, ey: f64x8<S>) -> f64x8<S> {
+    fn coefficients<S: Instructions>(self, simd: S, ex: f64x8<S>, ey: f64x8<S>) -> f64x8<S> {
         let length_squared = fma(ex, ex, fma(ey, ey, f64x8::splat(simd, self.eps_squared)));
         self.tension.coefficient(simd, inverse_sqrt(simd, length_squared))
     }
@@ -33,7 +33,7 @@ impl EdgeLaw {
 
 /// Adds `x_i y_{i+1} - y_i x_{i+1}` of eight edges.
 #[inline(always)]
-fn add_cross<S: Simd>(sum: f64x8<S>, x: f64x8<S>, y: f64x8<S>, ex: f64x8<S>, ey: f64x8<S>) -> f64x8<S> {
+fn add_cross<S: Instructions>(sum: f64x8<S>, x: f64x8<S>, y: f64x8<S>, ex: f64x8<S>, ey: f64x8<S>) -> f64x8<S> {
     fma(x, ey, fma(-y, ex, sum))
 }
 
@@ -47,7 +47,7 @@ pub fn edge_pass(level: Level, ring: &mut Ring, law: EdgeLaw) -> f64 {
 }
 
 #[inline(always)]
-fn edge_pass_with<S: Simd, const LENGTH: bool>(simd: S, ring: &mut Ring, law: EdgeLaw) -> f64 {
+fn edge_pass_with<S: Instructions, const LENGTH: bool>(simd: S, ring: &mut Ring, law: EdgeLaw) -> f64 {
     let (n, long) = (ring.n, ring.ux.len());
     // Slices of one known length let the compiler drop the bounds checks.
     let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
@@ -97,7 +97,7 @@ struct Edges<'a> {
 impl RingForces {
     /// Sum of all forces but drag on the vertices `i..i + 8`.
     #[inline(always)]
-    pub fn on<S: Simd, const LENGTH: bool, const PUSHED: bool>(
+    pub fn on<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &self,
         simd: S,
         ring: &Ring,
@@ -108,7 +108,7 @@ impl RingForces {
     }
 
     #[inline(always)]
-    fn at<S: Simd, const LENGTH: bool, const PUSHED: bool>(
+    fn at<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &self,
         simd: S,
         edges: Edges<'_>,
@@ -146,7 +146,7 @@ pub fn net_forces(level: Level, ring: &Ring, forces: &RingForces, fx: &mut [f64]
 }
 
 #[inline(always)]
-fn net_forces_with<S: Simd, const LENGTH: bool>(
+fn net_forces_with<S: Instructions, const LENGTH: bool>(
     simd: S,
     ring: &Ring,
     forces: &RingForces,
@@ -195,7 +195,7 @@ fn step_on<const LENGTH: bool, const PUSHED: bool>(
 }
 
 #[inline(always)]
-fn step_with<S: Simd, const LENGTH: bool, const PUSHED: bool, const EVEN: bool>(
+fn step_with<S: Instructions, const LENGTH: bool, const PUSHED: bool, const EVEN: bool>(
     simd: S,
     ring: &mut Ring,
     forces: &RingForces,

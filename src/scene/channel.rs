@@ -138,7 +138,7 @@ impl Shape for Wedge {
         let (place, q) = self.nearest(simd, edges, LEVEL);
         let overlap = (reach - place.distance).max(f64x8::splat(simd, 0.0));
         let touches = overlap.simd_gt(f64x8::splat(simd, 0.0)).any_true();
-        if touches { Some(Touch { q, overlap, nx: place.nx, ny: place.ny * self.side }) } else { None }
+        touches.then(|| Touch { q, overlap, nx: place.nx, ny: place.ny * self.side })
     }
 
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])> {

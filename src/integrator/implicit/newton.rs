@@ -27,7 +27,7 @@ use crate::integrator::implicit::field::Field;
 use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass};
 use crate::integrator::verlet::{RingEffects, add_forces};
 use crate::on_level;
-use crate::vector::{LANES, inverse_sqrt, load, padded, store};
+use crate::vector::{Instructions, LANES, inverse_sqrt, load, padded, store};
 use fearless_simd::{Level, f64x8, prelude::*};
 
 /// Most Newton steps before a time step is given up.
@@ -265,7 +265,7 @@ impl Newton {
     }
 
     #[inline(always)]
-    fn evaluate_with<S: Simd, const LENGTH: bool, const PUSHED: bool>(
+    fn evaluate_with<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &mut self,
         simd: S,
         ring: &Ring,
@@ -309,7 +309,7 @@ impl Newton {
     }
 
     #[inline(always)]
-    fn assemble_ring_with<S: Simd>(&mut self, simd: S, ring: &Ring, law: EdgeLaw, parts: Parts) {
+    fn assemble_ring_with<S: Instructions>(&mut self, simd: S, ring: &Ring, law: EdgeLaw, parts: Parts) {
         let (n, long, zero) = (ring.n, padded(ring.n), f64x8::splat(simd, 0.0));
         let EdgeLaw { tension, eps_squared } = law;
         let [along_xx, along_xy, along_yy] = &mut self.edge_stiffness;
