@@ -87,7 +87,9 @@ struct HashingFile {
 impl Write for HashingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.file.write(bytes).inspect_err(|error| {
-            error.raw_os_error().into_iter().for_each(|number| drop(self.said.set(number)));
+            if let Some(number) = error.raw_os_error() {
+                self.said.get_or_init(|| number);
+            }
         })?;
         self.hasher.update(&bytes[..written]);
         Ok(written)
