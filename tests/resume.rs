@@ -1,5 +1,7 @@
 //! A trajectory that is cut anywhere, saved, and taken up again has the bits of one that is not.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 #[path = "common/single.rs"]
 #[allow(dead_code, reason = "every test file uses its part")]
 mod single;

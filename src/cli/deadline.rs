@@ -24,8 +24,8 @@ impl Deadline {
         }
     }
 
-    /// How long that is from now.
-    pub fn from_now(self) -> Duration {
+    /// How long it is until then.
+    pub fn time_left(self) -> Duration {
         match self {
             Self::After(time) => time,
             Self::At(time) => {

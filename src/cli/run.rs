@@ -55,7 +55,7 @@ impl Arguments {
     /// Runs the subcommand.
     pub fn run(&self, quiet: bool) -> Outcome {
         let begin = Instant::now();
-        let deadline = self.deadline.map(Deadline::from_now);
+        let deadline = self.deadline.map(Deadline::time_left);
         let campaign = Campaign::load(&self.campaign)?;
         let dir = store_of(self.store.as_deref(), &campaign.name);
         let effort = Effort {
