@@ -168,6 +168,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::same_item_push, reason = "files are merged between pushes")]
     fn a_row_passes_few_tiers_on_its_way() {
         let mut files = Vec::new();
         let (mut written, mut in_all) = (0, 0);
