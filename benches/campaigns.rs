@@ -43,7 +43,7 @@ fn arrays() {
 fn fits() {
     // Quantiles of the exponential distribution of decay length 25.
     let lifetimes = || {
-        let of = |i: u32| Lifetime { r: -25.0 * (1.0 - (f64::from(i) + 0.5) / 1000.0).ln(), clogged: true };
+        let of = |i: u32| Lifetime { r: -25.0 * libm::log(1.0 - (f64::from(i) + 0.5) / 1000.0), clogged: true };
         Lifetimes::new((0..1000).map(of).collect())
     };
     let fit = maximum_likelihood(&lifetimes());
