@@ -15,7 +15,7 @@ use super::stiffness::{Parts, Stiffness};
 use crate::droplet::deformable::Ring;
 use crate::job::ContactKind;
 use crate::on_level;
-use crate::scene::wall::{Edges, Shape, Touch, Walls};
+use crate::scene::wall::{Asking, Edges, Shape, Touch, Walls};
 use crate::vector::{LANES, load, padded, store};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
 use std::sync::Arc;
@@ -134,7 +134,7 @@ impl<W: Walls> Contact<W> {
             for &shape in &near {
                 let mut open = false;
                 for start in (0..blocks).step_by(LANES) {
-                    let distance = shape.distance(simd, edges_at(simd, ring, start, share));
+                    let distance = simd.distance(&shape, edges_at(simd, ring, start, share));
                     let close = distance.simd_lt(f64x8::splat(simd, far)).any_true();
                     match (close, open) {
                         (true, false) => stretches.push(Stretch { shape, start, end: start + LANES }),
@@ -149,14 +149,14 @@ impl<W: Walls> Contact<W> {
 
     /// How the edges `i..i + 8` touch a shape; the overlap of those that are held may be negative.
     #[inline(always)]
-    fn touch<S: Simd>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
-        if self.holds { self.touch_or_hold(simd, shape, edges, i) } else { shape.touch(simd, edges, self.reach) }
+    fn touch<S: Asking>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+        if self.holds { self.touch_or_hold(simd, shape, edges, i) } else { simd.touch(&shape, edges, self.reach) }
     }
 
     #[inline(always)]
-    fn touch_or_hold<S: Simd>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+    fn touch_or_hold<S: Asking>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
         let zero = f64x8::splat(simd, 0.0);
-        let touch = shape.touch(simd, edges, self.reach + HELD_WITHIN)?;
+        let touch = simd.touch(&shape, edges, self.reach + HELD_WITHIN)?;
         let held = load(simd, &self.pushes, i).simd_gt(zero) & touch.overlap.simd_gt(zero);
         let overlap = touch.overlap - HELD_WITHIN;
         Some(Touch { overlap: held.select(overlap, overlap.max(zero)), ..touch })
@@ -164,7 +164,7 @@ impl<W: Walls> Contact<W> {
 
     /// Whether an edge that was pushed touches no longer.
     #[inline(always)]
-    fn has_lost<S: Simd>(&self, simd: S, ring: &Ring) -> bool {
+    fn has_lost<S: Asking>(&self, simd: S, ring: &Ring) -> bool {
         self.stretches.iter().any(|stretch| {
             (stretch.start..stretch.end).step_by(LANES).any(|i| {
                 let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
@@ -175,12 +175,12 @@ impl<W: Walls> Contact<W> {
 
     /// Notes what each edge is pushed with.
     #[inline(always)]
-    fn note_pushes<S: Simd>(&mut self, simd: S, ring: &Ring) {
+    fn note_pushes<S: Asking>(&mut self, simd: S, ring: &Ring) {
         self.pushes.fill(0.0);
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
-                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                let Some(touch) = simd.touch(&stretch.shape, edges, self.reach) else { continue };
                 let push = load(simd, &self.stiffness, i) * touch.overlap;
                 store(load(simd, &self.pushes, i) + push, &mut self.pushes, i);
             }
@@ -188,7 +188,7 @@ impl<W: Walls> Contact<W> {
     }
 
     #[inline(always)]
-    fn add_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
+    fn add_with<S: Asking>(&self, simd: S, ring: &mut Ring) {
         for stretch in &self.stretches {
             let mut i = stretch.start;
             while i < stretch.end {
@@ -208,7 +208,7 @@ impl<W: Walls> Contact<W> {
 
 impl<W: Walls> Contact<W> {
     #[inline(always)]
-    fn add_stiffness_with<S: Simd>(&self, simd: S, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
+    fn add_stiffness_with<S: Asking>(&self, simd: S, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
@@ -304,7 +304,7 @@ impl<W: Walls> WallContact for Contact<W> {
             let id = stretch.shape.id();
             for start in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, start, self.share);
-                let Some(touch) = stretch.shape.touch(simd, edges, self.reach) else { continue };
+                let Some(touch) = simd.touch(&stretch.shape, edges, self.reach) else { continue };
                 for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
                     let overlap = touch.overlap.as_slice()[lane];
                     if overlap <= 0.0 {

@@ -8,7 +8,7 @@
 use super::{Drag, Rates};
 use crate::droplet::deformable::Ring;
 use crate::on_level;
-use crate::scene::wall::{Edges, Shape, Walls};
+use crate::scene::wall::{Asking, Edges, Walls};
 use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, load, max_lanes, padded, store};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
@@ -120,12 +120,12 @@ impl<W: Walls> NearestWalls<W> {
             let points = vertices(simd, ring, start);
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
             for shape in near {
-                nearest = nearest.min(shape.distance(simd, points));
+                nearest = nearest.min(simd.distance(shape, points));
             }
             farthest = farthest.max(max_lanes(nearest) - surface);
             let first = shapes.len();
             let reach = nearest + 2.0 * SKIN;
-            shapes.extend(near.iter().filter(|shape| shape.distance(simd, points).simd_le(reach).any_true()));
+            shapes.extend(near.iter().filter(|shape| simd.distance(*shape, points).simd_le(reach).any_true()));
             lists.push(first..shapes.len());
         }
 
@@ -133,14 +133,14 @@ impl<W: Walls> NearestWalls<W> {
     }
 
     #[inline(always)]
-    fn update_with<S: Simd>(&mut self, simd: S, ring: &Ring, rates: &mut [f64]) {
+    fn update_with<S: Asking>(&mut self, simd: S, ring: &Ring, rates: &mut [f64]) {
         let surface = self.walls.surface();
         for (block, list) in self.lists.iter().enumerate() {
             let at = block * LANES;
             let points = vertices(simd, ring, at);
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
             for shape in &self.shapes[list.clone()] {
-                nearest = nearest.min(shape.distance(simd, points));
+                nearest = nearest.min(simd.distance(shape, points));
             }
             let distance = (nearest - surface).max(f64x8::splat(simd, self.floor)).min(f64x8::splat(simd, 1e6));
             let rate = (power(simd, distance, self.alpha) * self.b0 + 1.0) * self.far_rate;

@@ -12,6 +12,7 @@
 //! A shape implements [`Shape`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
 //! the shapes near a droplet.
 
+use crate::vector::Instructions;
 use fearless_simd::{f64x8, prelude::*};
 
 /// Depth, in sigma, over which the force on an edge parallel to a flat face passes from one end to the other.
@@ -68,6 +69,37 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// reach to infinity, which no ring can contain.
     fn heart(&self) -> Option<[f64; 2]>;
 }
+
+/// How an instruction set asks a shape: in line where it has vectors. Plain code asks by a call, for there eight lanes are long, and in
+/// line everywhere they took minutes of compilation.
+pub trait Asking: Instructions {
+    /// [`Shape::distance`].
+    fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self>;
+
+    /// [`Shape::touch`].
+    fn touch<T: Shape>(self, shape: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
+}
+
+macro_rules! asking {
+    ($inline:meta: $($set:ty),+) => {
+        $(impl Asking for $set {
+            #[$inline]
+            fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self> {
+                shape.distance(self, edges)
+            }
+
+            #[$inline]
+            fn touch<T: Shape>(self, shape: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>> {
+                shape.touch(self, edges, reach)
+            }
+        })+
+    };
+}
+#[cfg(target_arch = "x86_64")]
+asking!(inline(always): fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
+#[cfg(target_arch = "aarch64")]
+asking!(inline(always): fearless_simd::aarch64::Neon);
+asking!(inline(never): fearless_simd::Fallback);
 
 /// The walls of a scene.
 pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
