@@ -24,7 +24,8 @@ impl Arguments {
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
         notes.iter().for_each(|note| eprintln!("note: {note}"));
         if !quiet {
-            let dir = dir.display();
+            // As people type it.
+            let dir = dir.strip_prefix(".").unwrap_or(&dir).display();
             match (findings.len(), repaired) {
                 (0, _) => eprintln!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
                 (found, false) => eprintln!("{dir}: {found} found; next: meniscus check {dir} --repair"),
