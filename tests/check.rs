@@ -40,7 +40,14 @@ fn a_flipped_byte_is_named_with_the_next_step_and_check_repair_and_run_end_with_
         assert!(results(dir, "small.meniscus") == expected, "{name}: the results differ");
         expect(0, dir, &["check"]);
     }
-    assert!(fs::read_dir(store.join("quarantine")).unwrap().count() == 3, "a sample file, and the database twice");
+    let mut kept: Vec<String> = fs::read_dir(store.join("quarantine"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| !name.ends_with("-wal"))
+        .collect();
+    kept.sort();
+    let samples = name.trim_start_matches("samples/");
+    assert_eq!(kept, [samples, "store.db", "store.db.2"], "the database as it was before each of the repairs");
 }
 
 #[test]
