@@ -36,9 +36,9 @@ const LONG: u64 = 50;
 
 /// A droplet that falls far from everything: what acts is in the keys.
 const FREE: &str =
-    "scene = \"channel\"\nw = 0.7\ngamma = 1.0\nv_t = 0.03\nh_start = -20.0\ndt = 1e-3\nsample_every = 10.0\n";
+    "scene = \"channel\"\nw = 0.7\ngamma = 1.0\nv_t = 0.03\nh_start = -20.0\ndt = 5e-4\nsample_every = 10.0\n";
 /// One that hangs on obstacles.
-const HUNG: &str = "scene = \"disc\"\nsigma_ob = 0.3\ngamma = 1.0\nh_start = -0.66\ndt = 1e-3\nsample_every = 10.0\n";
+const HUNG: &str = "scene = \"disc\"\nsigma_ob = 0.3\ngamma = 1.0\nh_start = -0.66\ndt = 5e-4\nsample_every = 10.0\n";
 
 /// Lines of the table: what acts, and the keys of the job.
 const LINES: &[(&str, &str, &str)] = &[
@@ -66,12 +66,12 @@ fn bare() -> f64 {
         others: Vec::new(),
     };
     let ring = Ring::regular(N, [20.0, 20.0], Ring::regular_radius(N));
-    let mut motion = RingMotion::start(ring, effects, 1e-3, best_level());
+    let mut motion = RingMotion::start(ring, effects, 5e-4, best_level());
     let begin = Instant::now();
-    motion.advance((LONG - SHORT) * 1000);
+    motion.advance((LONG - SHORT) * 2000);
     let time = begin.elapsed().as_secs_f64();
     assert!((motion.observe().velocity / V_T - 1.0).abs() < 1e-9, "it falls at V_t");
-    time * 1e9 / ((LONG - SHORT) * 1000) as f64 / N as f64
+    time * 1e9 / ((LONG - SHORT) * 2000) as f64 / N as f64
 }
 
 /// The same of a whole job.
@@ -84,7 +84,7 @@ fn job(scene: &str, keys: &str) -> f64 {
         }
         begin.elapsed().as_secs_f64()
     };
-    (time(LONG) - time(SHORT)) * 1e9 / ((LONG - SHORT) * 1000) as f64 / N as f64
+    (time(LONG) - time(SHORT)) * 1e9 / ((LONG - SHORT) * 2000) as f64 / N as f64
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
