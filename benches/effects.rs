@@ -79,7 +79,8 @@ fn job(scene: &str, keys: &str) -> f64 {
     let time = |t_max: u64| {
         let begin = Instant::now();
         let run = single::run(&format!("{scene}{keys}\nlimits.t_max = {t_max}.0\n"), 0).unwrap();
-        if scene == FREE {
+        // Hydrostatic pressure and distant walls change the speed a little.
+        if scene == FREE && !keys.contains("gravity") && !keys.contains("b0") {
             assert!((run.samples.v_g.last().unwrap() - 1.0).abs() < 1e-6, "{keys}: it falls at V_t");
         }
         begin.elapsed().as_secs_f64()
