@@ -13,7 +13,9 @@ use meniscus::store::{
 };
 use meniscus::trajectory::FailureClass;
 use meniscus::{speed, vector};
+use rusqlite::Connection;
 use signal_hook::consts::{SIGINT, SIGTERM};
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::error::Error;
 use std::fmt::Write;
@@ -127,7 +129,8 @@ impl Arguments {
     fn finish(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Outcome {
         let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
         print(&fit::tables(dir, |id| mine.contains(&id))?)?;
-        let plan = plan_now(&this_round(campaign, dir)?, dir)?;
+        let round = this_round(campaign, dir)?;
+        let plan = plan_now(&round, dir)?;
         let failed: u64 = plan.blocks.iter().map(|block| block.counts.failed).sum();
         let done: u64 = plan.blocks.iter().map(|block| block.counts.done).sum();
         let say = |text: String| {
@@ -181,7 +184,8 @@ impl Effort {
                 return Ok(Some(early));
             }
             let next = this_round(campaign, dir)?;
-            let more = next.n_jobs() - round.n_jobs();
+            // Fewer, if failed jobs that were run again made an earlier round enough.
+            let more = next.n_jobs().saturating_sub(round.n_jobs());
             if more == 0 {
                 return Ok(None);
             }
@@ -241,16 +245,23 @@ pub fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
-/// The campaign with the seeds that its intervals ask for now; the campaign itself if it does not say until when to run.
-pub fn this_round(campaign: &Campaign, dir: &Path) -> Result<Campaign, Box<dyn Error>> {
+/// The campaign with the seeds that its intervals ask for now; the campaign itself if it does not say until when to run, or if nothing
+/// can be read yet.
+pub fn this_round<'a>(campaign: &'a Campaign, dir: &Path) -> Result<Cow<'a, Campaign>, Box<dyn Error>> {
     if campaign.blocks.iter().all(|block| block.until.is_none()) {
-        return Ok(campaign.clone());
+        return Ok(Cow::Borrowed(campaign));
     }
-    let runs = match open_reading(dir)? {
-        Some(conn) => point_runs(&conn)?,
-        None => Vec::new(),
-    };
-    Ok(grown(campaign, &Results::new(runs, job_states(dir)?)))
+    let Some(conn) = readable(dir)? else { return Ok(Cow::Borrowed(campaign)) };
+    let results = Results::new(point_runs(&conn)?, job_states(dir)?);
+    Ok(Cow::Owned(grown(campaign, &results)))
+}
+
+/// The store in `dir`, if there is one that can be read; an older one is migrated by the run.
+fn readable(dir: &Path) -> Result<Option<Connection>, StoreError> {
+    match open_reading(dir) {
+        Err(StoreError::Older { .. }) => Ok(None),
+        other => other,
+    }
 }
 
 /// What the campaign still has to do, by what the store says now; no time is estimated.
@@ -260,23 +271,15 @@ fn plan_now(campaign: &Campaign, dir: &Path) -> Result<Plan, Box<dyn Error>> {
 
 /// Whether every job of the campaign is done or has failed.
 fn nothing_to_do(campaign: &Campaign, dir: &Path) -> Result<bool, Box<dyn Error>> {
-    match open_reading(dir) {
-        // An older store is migrated by the run.
-        Ok(None) | Err(StoreError::Older { .. }) => return Ok(false),
-        Ok(Some(_)) => {}
-        Err(error) => return Err(error.into()),
+    if readable(dir)?.is_none() {
+        return Ok(false);
     }
     let plan = plan_now(campaign, dir)?;
     Ok(plan.jobs.is_empty() && plan.blocks.iter().all(|block| block.counts.running == 0))
 }
 
 fn register(store: &mut Store, campaign: &Campaign) -> Result<i64, Box<dyn Error>> {
-    let points: Vec<_> = campaign
-        .blocks
-        .iter()
-        .flat_map(|block| block.points.iter().zip(&block.point_ids).map(|(point, &id)| (point, id, &block.seeds)))
-        .map(|(point, point_id, seeds)| PlannedPoint { point, point_id, seeds: seeds.clone() })
-        .collect();
+    let points: Vec<_> = PlannedPoint::all(campaign).collect();
     let record = CampaignRecord { name: &campaign.name, text: &campaign.text };
     Ok(store.register(&record, &points)?.campaign)
 }
