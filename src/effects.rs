@@ -60,7 +60,7 @@ impl TensionLaw {
     /// `(1/l_eps) d(T/l_eps)/dl_eps` from `1/l_eps`; with the edge vector e, the second derivative of the energy is
     /// `T/l_eps + slope e e^T`. Read by the implicit integrator alone.
     #[inline(always)]
-    pub fn slope<S: Simd>(self, _: S, inverse_length: f64x8<S>) -> f64x8<S> {
+    pub fn slope<S: Simd>(self, inverse_length: f64x8<S>) -> f64x8<S> {
         inverse_length * inverse_length * inverse_length * -self.constant
     }
 }

@@ -145,9 +145,12 @@ fn runs(campaign: &Campaign, dir: &Path) -> Result<HashMap<PointId, Vec<RunRecor
     let mut all = HashMap::new();
     for block in &campaign.blocks {
         let (study, _) = parts(&block.name)?;
+        let of_point = |&point: &PointId| block.seeds.clone().map(move |seed| JobId::new(point, seed));
+        let ids: Vec<JobId> = block.point_ids.iter().flat_map(of_point).collect();
+        let mut found = records(dir, &ids, study.needs_samples())?.into_iter();
+        let seeds = block.seeds.clone().count();
         for &point in &block.point_ids {
-            let ids: Vec<JobId> = block.seeds.clone().map(|seed| JobId::new(point, seed)).collect();
-            all.insert(point, records(dir, &ids, study.needs_samples())?.into_iter().flatten().collect());
+            all.insert(point, found.by_ref().take(seeds).flatten().collect());
         }
     }
     Ok(all)

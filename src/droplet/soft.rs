@@ -7,12 +7,13 @@
 
 use super::Observation;
 use crate::droplet::deformable::ORIGIN_STEP;
+use crate::integrator::in_pieces;
 use crate::job::MASS;
 use crate::scene::wall::{Shape, Walls};
 use crate::shape::{LoadRecord, ShapeRecord};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
@@ -174,15 +175,7 @@ impl<W: Walls> SoftMotion<W> {
 
     /// The same; false, and somewhere on the way, once `stop` is set.
     pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
-        let mut left = steps;
-        while left > 0 {
-            if stop.load(Ordering::Relaxed) {
-                return false;
-            }
-            self.advance(left.min(PIECE));
-            left -= left.min(PIECE);
-        }
-        true
+        in_pieces(stop, steps, PIECE, |steps| self.advance(steps))
     }
 
     fn advance_with<const NEAR_WALL: bool>(&mut self, steps: u64) {

@@ -48,7 +48,7 @@ pub fn edge_pass(level: Level, ring: &mut Ring, law: EdgeLaw) -> f64 {
 
 #[inline(always)]
 fn edge_pass_with<S: Instructions, const LENGTH: bool>(simd: S, ring: &mut Ring, law: EdgeLaw) -> f64 {
-    let (n, long) = (ring.n, ring.ux.len());
+    let long = ring.ux.len();
     // Slices of one known length let the compiler drop the bounds checks.
     let (x, y) = (&ring.x[..long + LANES], &ring.y[..long + LANES]);
     let edge_x = &mut ring.edge_x[..long + LANES];
@@ -67,10 +67,38 @@ fn edge_pass_with<S: Instructions, const LENGTH: bool>(simd: S, ring: &mut Ring,
         }
         i += LANES;
     }
-    for edges in [edge_x, edge_y, coefficient] {
-        edges[LANES - 1] = edges[LANES - 1 + n];
-    }
+    close_seam(ring);
     0.5 * sum_lanes(cross)
+}
+
+/// Edge -1 is the last one.
+#[inline(always)]
+fn close_seam(ring: &mut Ring) {
+    for edges in [&mut ring.edge_x, &mut ring.edge_y, &mut ring.coefficient] {
+        edges[LANES - 1] = edges[LANES - 1 + ring.n];
+    }
+}
+
+/// Stores at `at` the edges of the block of vertices `here`, whose last one leads to the first of the block `next`, and their tension
+/// coefficients; adds their part of the area to `cross`.
+#[inline(always)]
+fn edges_behind<S: Instructions, const LENGTH: bool>(
+    simd: S,
+    law: EdgeLaw,
+    here: (f64x8<S>, f64x8<S>),
+    next: (f64x8<S>, f64x8<S>),
+    [edge_x, edge_y, coefficient]: [&mut [f64]; 3],
+    at: usize,
+    cross: f64x8<S>,
+) -> f64x8<S> {
+    let ex = simd.slide_f64x8::<1>(here.0, next.0) - here.0;
+    let ey = simd.slide_f64x8::<1>(here.1, next.1) - here.1;
+    store(ex, edge_x, at);
+    store(ey, edge_y, at);
+    if LENGTH {
+        store(law.coefficients(simd, ex, ey), coefficient, at);
+    }
+    add_cross(cross, here.0, here.1, ex, ey)
 }
 
 /// The forces on a ring of known edges.
@@ -238,31 +266,18 @@ fn step_with<S: Instructions, const LENGTH: bool, const PUSHED: bool, const EVEN
         store(x, xs, i);
         store(y, ys, i);
         if i > 0 {
-            let ahead = (simd.slide_f64x8::<1>(x_before, x), simd.slide_f64x8::<1>(y_before, y));
-            let (ex, ey) = (ahead.0 - x_before, ahead.1 - y_before);
-            cross = add_cross(cross, x_before, y_before, ex, ey);
             // Nothing reads these places any more: this block has taken the edge behind it from the last of them.
-            store(ex, edge_x, i);
-            store(ey, edge_y, i);
-            if LENGTH {
-                store(law.coefficients(simd, ex, ey), coefficient, i);
-            }
+            let arrays = [&mut *edge_x, &mut *edge_y, &mut *coefficient];
+            cross = edges_behind::<S, LENGTH>(simd, law, (x_before, y_before), (x, y), arrays, i, cross);
         }
         (x_before, y_before) = (x, y);
         i += LANES;
     }
     ring.close();
-    let (x, y) = (load(simd, &ring.x, long - LANES), load(simd, &ring.y, long - LANES));
-    let (first_x, first_y) = (f64x8::splat(simd, ring.x[0]), f64x8::splat(simd, ring.y[0]));
-    let (ex, ey) = (simd.slide_f64x8::<1>(x, first_x) - x, simd.slide_f64x8::<1>(y, first_y) - y);
-    cross = add_cross(cross, x, y, ex, ey);
-    store(ex, &mut ring.edge_x, long);
-    store(ey, &mut ring.edge_y, long);
-    if LENGTH {
-        store(law.coefficients(simd, ex, ey), &mut ring.coefficient, long);
-    }
-    for edges in [&mut ring.edge_x, &mut ring.edge_y, &mut ring.coefficient] {
-        edges[LANES - 1] = edges[LANES - 1 + n];
-    }
+    let first = (f64x8::splat(simd, ring.x[0]), f64x8::splat(simd, ring.y[0]));
+    let arrays = [&mut *ring.edge_x, &mut *ring.edge_y, &mut *ring.coefficient];
+    let here = (load(simd, &ring.x, long - LANES), load(simd, &ring.y, long - LANES));
+    cross = edges_behind::<S, LENGTH>(simd, law, here, first, arrays, long, cross);
+    close_seam(ring);
     (0.5 * sum_lanes(cross), max_lanes(fastest).max(last))
 }

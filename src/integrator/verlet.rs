@@ -23,11 +23,12 @@ use crate::effects::area::Area;
 use crate::effects::contact::{Load, WallContact};
 use crate::effects::gravity::Gravity;
 use crate::effects::{Drag, EdgeForce, RingForce};
+use crate::integrator::in_pieces;
 use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass, net_forces, step_pass};
 use crate::shape::{LoadRecord, ShapeRecord};
 use fearless_simd::Level;
 use std::f64::consts::PI;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Vertices times steps between two looks at whether to stop: about 10 ms.
 const PIECE: u64 = 1 << 22;
@@ -180,15 +181,7 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// Takes `steps` time steps, in pieces whose length the ring alone decides; false, and somewhere on the way, once `stop` is set.
     pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
         let piece = (PIECE / self.ring.n as u64).max(1);
-        let mut left = steps;
-        while left > 0 {
-            if stop.load(Ordering::Relaxed) {
-                return false;
-            }
-            self.advance(left.min(piece));
-            left -= left.min(piece);
-        }
-        true
+        in_pieces(stop, steps, piece, |steps| self.advance(steps))
     }
 
     /// Tells the effects that no vertex moved further than `distance`.

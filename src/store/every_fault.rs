@@ -55,10 +55,7 @@ impl Results {
     /// A run: opens, registers, sends what is still to do (at most `most`), closes.
     fn run(&self, dir: &Path, most: usize) -> Result<(), StoreError> {
         let mut store = Store::open(dir)?;
-        let block = &self.campaign.blocks[0];
-        let points: Vec<_> = (block.points.iter().zip(&block.point_ids))
-            .map(|(point, &point_id)| PlannedPoint { point, point_id, seeds: block.seeds.clone() })
-            .collect();
+        let points: Vec<_> = PlannedPoint::all(&self.campaign).collect();
         let record = CampaignRecord { name: &self.campaign.name, text: &self.campaign.text };
         let campaign = store.register(&record, &points)?.campaign;
         let who = Provenance { program_version: "", git_commit: "", rustc: "", cpu_features: "", campaign };

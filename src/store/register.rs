@@ -1,6 +1,7 @@
 //! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
 
 use super::{Holder, Store, StoreError, database, disk, unix_now};
+use crate::campaign::Campaign;
 use crate::job::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
 use rusqlite::types::Value;
 use rusqlite::{Connection, params, params_from_iter};
@@ -24,6 +25,16 @@ pub struct PlannedPoint<'a> {
     pub point_id: PointId,
     /// Seeds of its runs, all below 2^63.
     pub seeds: Range<u64>,
+}
+
+impl PlannedPoint<'_> {
+    /// Those of all blocks, in their order.
+    pub fn all(campaign: &Campaign) -> impl Iterator<Item = PlannedPoint<'_>> {
+        campaign.blocks.iter().flat_map(|block| {
+            let points = block.points.iter().zip(&block.point_ids);
+            points.map(|(point, &point_id)| PlannedPoint { point, point_id, seeds: block.seeds.clone() })
+        })
+    }
 }
 
 /// What [`Store::register`] found and added.

@@ -318,7 +318,7 @@ impl Newton {
             let inverse_length =
                 if tension.needs_length() { inverse_sqrt(simd, ex * ex + ey * ey + eps_squared) } else { zero };
             let mut across = tension.coefficient(simd, inverse_length);
-            let mut slope = tension.slope(simd, inverse_length);
+            let mut slope = tension.slope(inverse_length);
             if parts == Parts::Positive {
                 slope = across.simd_lt(zero).select(slope.max(zero), slope);
                 across = across.max(zero);

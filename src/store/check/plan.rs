@@ -4,7 +4,7 @@
 //! such a one, and not judged.
 
 use super::Examination;
-use crate::campaign::{Block, Campaign};
+use crate::campaign::Campaign;
 use crate::job::{JobId, PHYSICS_VERSION};
 use crate::store::register::{CampaignRecord, PlannedPoint};
 use crate::store::{Store, StoreError, database};
@@ -29,23 +29,12 @@ pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(),
 /// Adds the missing jobs.
 pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<(), StoreError> {
     for Short { campaign, missing } in short(&store.conn).map_err(StoreError::sql(&database(work.dir)))? {
-        let points: Vec<_> = planned(&campaign).collect();
+        let points: Vec<_> = PlannedPoint::all(&campaign).collect();
         store.register(&CampaignRecord { name: &campaign.name, text: &campaign.text }, &points)?;
         let problem = format!("{missing} jobs of the plan of `{}` were not in it", campaign.name);
         work.find(database(work.dir), problem, "added, as pending");
     }
     Ok(())
-}
-
-fn planned(campaign: &Campaign) -> impl Iterator<Item = PlannedPoint<'_>> {
-    let points = |block: &'_ Block| block.points.len();
-    campaign.blocks.iter().flat_map(move |block| {
-        (0..points(block)).map(|index| PlannedPoint {
-            point: &block.points[index],
-            point_id: block.point_ids[index],
-            seeds: block.seeds.clone(),
-        })
-    })
 }
 
 fn short(conn: &Connection) -> rusqlite::Result<Vec<Short>> {
@@ -71,11 +60,11 @@ fn short(conn: &Connection) -> rusqlite::Result<Vec<Short>> {
         // A text that this program does not read, or that is not what was written, plans nothing.
         let whole = blake3::hash(text.as_bytes()).to_hex().as_str() == hash;
         let Some(campaign) = Campaign::parse(&name, &text).ok().filter(|_| whole) else { continue };
-        if !planned(&campaign).any(|planned| known_points.contains(&planned.point_id.to_string())) {
+        if !PlannedPoint::all(&campaign).any(|planned| known_points.contains(&planned.point_id.to_string())) {
             continue;
         }
-        let ids =
-            planned(&campaign).flat_map(|planned| planned.seeds.map(move |seed| JobId::new(planned.point_id, seed)));
+        let ids = PlannedPoint::all(&campaign)
+            .flat_map(|planned| planned.seeds.map(move |seed| JobId::new(planned.point_id, seed)));
         let missing = ids.filter(|id| !known_jobs.contains(id)).collect::<HashSet<_>>().len() as u64;
         if missing > 0 {
             short.push(Short { campaign, missing });
