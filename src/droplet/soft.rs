@@ -21,6 +21,10 @@ const SKIN: f64 = 0.1;
 /// Smallest distance that the near-wall drag knows, in sigma: the rim of a soft particle sinks into walls.
 const NEAREST: f64 = 0.01;
 
+/// A force along y too small to move anything: without it the velocity of a droplet that falls freely dies away until it is
+/// so small a number (denormal) that processors take twenty times as long over it.
+const NEXT_TO_NOTHING: f64 = 1e-200;
+
 /// Steps between two looks at whether to stop: about 10 ms.
 const PIECE: u64 = 1 << 20;
 
@@ -85,7 +89,7 @@ impl<W: Walls> SoftMotion<W> {
             listed_at: [f64::NAN; 2],
         };
         motion.list_near();
-        let force = motion.force();
+        let force = motion.force(motion.position);
         for k in 0..2 {
             motion.velocity[k] = 0.5 * dt / MASS * force[k];
             motion.position[k] += dt * motion.velocity[k];
@@ -137,13 +141,13 @@ impl<W: Walls> SoftMotion<W> {
         self.listed_at = self.position;
     }
 
-    /// Force at the present position, drag apart.
+    /// Force at `[x, y]`, drag apart.
     #[inline(always)]
-    fn force(&self) -> [f64; 2] {
+    fn force(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let reach = self.reach();
-        let mut force = [self.effects.weight, 0.0];
+        let mut force = [self.effects.weight, NEXT_TO_NOTHING];
         for shape in &self.near {
-            if let Some((overlap, normal)) = shape.touch_point(self.position[0], self.position[1], reach) {
+            if let Some((overlap, normal)) = shape.touch_point(x, y, reach) {
                 // 1 - 2d/sigma = 2 overlap at sigma = 1.
                 let push = 4.0 * self.effects.stiffness * overlap;
                 force[0] += push * normal[0];
@@ -153,12 +157,12 @@ impl<W: Walls> SoftMotion<W> {
         force
     }
 
-    /// Damping rate at the present position: `(1 + b0 d^-alpha)/V_t`, d the distance of the droplet's rim from the nearest
+    /// Damping rate at `[x, y]`: `(1 + b0 d^-alpha)/V_t`, d the distance of the droplet's rim from the nearest
     /// wall, no less than a hundredth of sigma.
-    fn drag_rate(&self) -> f64 {
+    fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
         let effects = &self.effects;
         let deepest = self.near.iter().filter_map(|shape| {
-            shape.touch_point(self.position[0], self.position[1], self.far + SKIN).map(|(overlap, _)| overlap)
+            shape.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap)
         });
         let distance = self.far + SKIN - deepest.fold(0.0, f64::max) - self.reach();
         effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
@@ -184,23 +188,27 @@ impl<W: Walls> SoftMotion<W> {
             ((1.0 - damping) / (1.0 + damping), dt / MASS / (1.0 + damping))
         };
         let (mut keep, mut push) = factors(self.effects.far_rate, self.dt);
+        // In registers: a step would wait for memory otherwise.
+        let Self { mut position, mut velocity, mut slack, dt, .. } = *self;
         for _ in 0..steps {
             if NEAR_WALL {
-                (keep, push) = factors(self.drag_rate(), self.dt);
+                (keep, push) = factors(self.drag_rate(position), dt);
             }
-            let force = self.force();
+            let force = self.force(position);
             for k in 0..2 {
                 // x + dt u+, with what does not wait for the force made first.
-                let coasting = self.position[k] + self.dt * keep * self.velocity[k];
-                self.velocity[k] = self.velocity[k] * keep + force[k] * push;
-                self.position[k] = coasting + self.dt * push * force[k];
+                let coasting = position[k] + dt * keep * velocity[k];
+                velocity[k] = velocity[k] * keep + force[k] * push;
+                position[k] = coasting + dt * push * force[k];
             }
-            let [vx, vy] = self.velocity;
-            self.slack -= self.dt * (vx.abs() + vy.abs());
-            if self.slack < 0.0 {
+            slack -= dt * (velocity[0].abs() + velocity[1].abs());
+            if slack < 0.0 {
+                self.position = position;
                 self.list_near();
+                slack = self.slack;
             }
         }
+        (self.position, self.velocity, self.slack) = (position, velocity, slack);
     }
 
     /// Moves the origin next to the point.
@@ -233,8 +241,8 @@ impl<W: Walls> SoftMotion<W> {
 
     /// Everything that is recorded, at the present position.
     pub fn observe(&self) -> Observation {
-        let force = self.force();
-        let rate = if self.effects.b0 > 0.0 { self.drag_rate() } else { self.effects.far_rate };
+        let force = self.force(self.position);
+        let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };
         let damping = 1.0 + 0.5 * self.dt * rate;
         let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
         let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
@@ -290,7 +298,8 @@ mod tests {
             motion
         };
         let h = 1e-6;
-        let force = at(24.7, 25.5).force();
+        let here = at(24.7, 25.5);
+        let force = here.force(here.position);
         let slope_x = (at(24.7 + h, 25.5).observe().potential - at(24.7 - h, 25.5).observe().potential) / (2.0 * h);
         let slope_y = (at(24.7, 25.5 + h).observe().potential - at(24.7, 25.5 - h).observe().potential) / (2.0 * h);
         assert!((force[0] + slope_x).abs() < 1e-6 * force[0].abs());
@@ -303,7 +312,7 @@ mod tests {
         for gap in [0.05, 0.3, 2.0] {
             let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate));
             let want = 33.0 * (1.0 + 0.4 * libm::pow(gap, -4.0 / 3.0));
-            assert!((motion.drag_rate() / want - 1.0).abs() < 1e-6, "{gap}");
+            assert!((motion.drag_rate(motion.position) / want - 1.0).abs() < 1e-6, "{gap}");
         }
     }
 }
