@@ -75,7 +75,7 @@ impl<E: EdgeForce, D: Drag> Motion for GuardedMotion<E, D> {
         self.motion.follow();
     }
     fn observe(&mut self) -> Observation {
-        self.motion.observe()
+        GuardedMotion::observe(self)
     }
     fn shape(&self, t: f64) -> ShapeRecord {
         self.motion.effects.shape(&self.motion.ring, t)

@@ -161,9 +161,8 @@ impl<W: Walls> SoftMotion<W> {
     /// wall, no less than a hundredth of sigma.
     fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
         let effects = &self.effects;
-        let deepest = self.near.iter().filter_map(|shape| {
-            shape.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap)
-        });
+        let deepest =
+            self.near.iter().filter_map(|shape| shape.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap));
         let distance = self.far + SKIN - deepest.fold(0.0, f64::max) - self.reach();
         effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
     }

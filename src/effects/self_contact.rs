@@ -9,6 +9,9 @@
 //! the effect costs a look at the boxes of the blocks whenever some vertex has moved by half the skin.
 
 pub mod apart;
+mod crossing;
+
+pub use crossing::crosses;
 
 use super::RingForce;
 use crate::droplet::deformable::Ring;
@@ -170,36 +173,6 @@ impl SelfContact {
     }
 }
 
-/// Whether two edges of the ring cross; those that `apart` takes for neighbours in a pile may.
-pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
-    let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-    let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
-    let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
-    let reach = match apart {
-        Apart::Way => 1,
-        Apart::Places => places_within(ring.n, delta),
-    };
-    (0..boxes.len()).any(|a| {
-        (a..boxes.len()).any(|b| {
-            let (p, q) = (boxes[a], boxes[b]);
-            let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
-            !apart
-                && block(a).any(|i| {
-                    let next = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
-                    let near = |j: usize| j <= i + reach || i + ring.n - j <= reach;
-                    // Long edges are no pile.
-                    let short = |j: usize| {
-                        let [a, b, ..] = edge(i);
-                        let [c, d, ..] = edge(j);
-                        (c - a).abs().max((d - b).abs()) < WAY * delta
-                    };
-                    let neighbours = |j: usize| next(j) || (near(j) && short(j));
-                    block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
-                })
-        })
-    })
-}
-
 /// Mean vertex.
 fn mean(ring: &Ring) -> [f64; 2] {
     [&ring.x, &ring.y].map(|v| v[..ring.n].iter().sum::<f64>() / ring.n as f64)
@@ -210,12 +183,6 @@ fn block_box(ring: &Ring, start: usize) -> [f64; 4] {
     let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
     let ([x0, x1], [y0, y1]) = (ends(&ring.x[start..=start + LANES]), ends(&ring.y[start..=start + LANES]));
     [x0, x1, y0, y1]
-}
-
-/// Whether two segments `[x, y, x', y']` cross properly.
-fn cross(a: [f64; 4], b: [f64; 4]) -> bool {
-    let side = |s: [f64; 4], x: f64, y: f64| (s[2] - s[0]) * (y - s[1]) - (s[3] - s[1]) * (x - s[0]);
-    side(a, b[0], b[1]) * side(a, b[2], b[3]) < 0.0 && side(b, a[0], a[1]) * side(b, a[2], a[3]) < 0.0
 }
 
 impl RingForce for SelfContact {
@@ -283,7 +250,7 @@ mod tests {
     use super::*;
 
     /// A ring pinched to a dumb-bell whose waist has the given half width.
-    fn dumb_bell(n: usize, waist: f64) -> Ring {
+    pub(super) fn dumb_bell(n: usize, waist: f64) -> Ring {
         let mut ring = Ring::regular(n, [0.0, 0.0], 0.5);
         for i in 0..n {
             let x = ring.x[i];
@@ -347,12 +314,5 @@ mod tests {
             assert!((pushed.force_x[i] + slope_x).abs() < 1e-6 * largest, "{apart:?}, vertex {i}");
             assert!((pushed.force_y[i] + slope_y).abs() < 1e-6 * largest, "{apart:?}, vertex {i}");
         }
-    }
-
-    #[test]
-    fn crossing_edges_are_found() {
-        assert!(!crosses(&Ring::regular(64, [0.0, 0.0], 0.5), 0.0123, Apart::Way));
-        assert!(!crosses(&dumb_bell(64, 0.002), 0.0123, Apart::Way));
-        assert!(crosses(&dumb_bell(64, -0.01), 0.0123, Apart::Way));
     }
 }

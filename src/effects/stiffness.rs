@@ -8,6 +8,7 @@
 //! [`RingForce::add_stiffness`](super::RingForce::add_stiffness). One that couples vertices which are not neighbours has no
 //! place here for that part; a bound such as `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)` does.
 
+use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
@@ -26,25 +27,25 @@ pub struct Stiffness {
     /// Number of vertices.
     pub n: usize,
     /// xx of block `(i, i)`, `padded(n) + 8` long; entry `n` belongs to vertex 0 until it is folded.
-    pub own_xx: Vec<f64>,
+    pub own_xx: Aligned,
     /// xy and yx of block `(i, i)`.
-    pub own_xy: Vec<f64>,
+    pub own_xy: Aligned,
     /// yy of block `(i, i)`.
-    pub own_yy: Vec<f64>,
+    pub own_yy: Aligned,
     /// xx of block `(i, i + 1)`, `padded(n) + 8` long.
-    pub next_xx: Vec<f64>,
+    pub next_xx: Aligned,
     /// xy of block `(i, i + 1)`: row x of vertex i, column y of vertex i + 1.
-    pub next_xy: Vec<f64>,
+    pub next_xy: Aligned,
     /// yx of block `(i, i + 1)`.
-    pub next_yx: Vec<f64>,
+    pub next_yx: Aligned,
     /// yy of block `(i, i + 1)`.
-    pub next_yy: Vec<f64>,
+    pub next_yy: Aligned,
 }
 
 impl Stiffness {
     /// A zero matrix for `n` vertices.
     pub fn new(n: usize) -> Self {
-        let zeros = || vec![0.0; padded(n) + LANES];
+        let zeros = || Aligned::zeros(padded(n) + LANES);
         Self {
             n,
             own_xx: zeros(),

@@ -14,6 +14,7 @@
 //! Sherman and Morrison: `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
 
 mod block;
+mod chains;
 mod lanes;
 
 use crate::effects::stiffness::Stiffness;
@@ -75,12 +76,12 @@ impl<T: Number> Front<T> {
         let row =
             Row { ahead: inverse * edge, to_zero: inverse * self.to_zero.transposed(), right: inverse * self.right };
         zero.positive &= positive;
-        zero.pivot = zero.pivot.less(self.to_zero * row.to_zero);
-        zero.right = zero.right - self.to_zero * row.right;
+        zero.pivot = zero.pivot.less(self.to_zero, row.to_zero);
+        zero.right = zero.right.less(self.to_zero, row.right);
         let back = edge.transposed();
         let front = Self {
-            pivot: next.0.less(back * row.ahead),
-            right: next.1 - back * row.right,
+            pivot: next.0.less(back, row.ahead),
+            right: next.1.less(back, row.right),
             to_zero: -(self.to_zero * row.ahead),
         };
         (front, row)
@@ -254,7 +255,7 @@ impl RingSolver {
         let (_, row) = last.eliminate(Block::default(), nothing, &mut zero);
         let (inverse, positive) = zero.pivot.inverse();
         let at_zero = inverse * zero.right;
-        (zero.positive && positive).then(|| [at_zero, row.right - row.to_zero * at_zero])
+        (zero.positive && positive).then(|| [at_zero, row.right.less(row.to_zero, at_zero)])
     }
 
     /// Replaces the right sides by the solution, from vertex h back to vertex 0 along both chains.
@@ -265,7 +266,7 @@ impl RingSolver {
         rows[half].right = at_half;
         let mut back = |v: usize, next: Block<f64>| {
             let row = &mut rows[v];
-            row.right = row.right - row.to_zero * at_zero - row.ahead * next;
+            row.right = row.right.less(row.to_zero, at_zero).less(row.ahead, next);
             row.right
         };
         let (mut up, mut down) = (at_half, at_half);

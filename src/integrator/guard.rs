@@ -5,6 +5,7 @@
 //! [`PATIENCE`] quiet stretches the step doubles again. A run that is never refused has the same bits as without the guard,
 //! and one that is depends on nothing but its job, as long as the stretches do.
 
+use crate::droplet::Observation;
 use crate::droplet::deformable::Ring;
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::memory::{RingState, WrongState};
@@ -41,6 +42,8 @@ pub struct GuardedMotion<E, D> {
     pub refused: u64,
     /// The ring at the beginning of the stretch.
     saved: Ring,
+    /// What was seen at the end of the last one.
+    seen: Option<Observation>,
 }
 
 /// What decides how a guarded motion goes on.
@@ -60,7 +63,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     pub fn new(mut motion: RingMotion<E, D>) -> Self {
         let (dt, energy, saved) = (motion.dt, motion.total_energy(), motion.ring.clone());
         let control = StepControl::new(MOST_HALVINGS, PATIENCE);
-        Self { motion, dt, steps: 0, energy, control, refused: 0, saved }
+        Self { motion, dt, steps: 0, energy, control, refused: 0, saved, seen: None }
     }
 
     /// Its state between two stretches.
@@ -95,7 +98,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
         motion.effects.recall(&state.memory)?;
         let saved = motion.ring.clone();
         let GuardState { steps, energy, refused, .. } = *state;
-        Ok(Self { motion, dt, steps, energy, control, refused, saved })
+        Ok(Self { motion, dt, steps, energy, control, refused, saved, seen: None })
     }
 
     /// Takes a stretch of `steps` nominal time steps.
@@ -112,15 +115,18 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
     /// As [`advance`](Self::advance).
     pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
         self.saved.clone_from(&self.motion.ring);
+        self.seen = None;
         let saved_dt = self.motion.dt;
         loop {
             if !self.motion.advance_unless(stop, steps * u64::from(self.control.parts())) {
                 return Ok(false);
             }
-            let energy = self.motion.total_energy();
+            let seen = self.motion.observe();
+            let energy = seen.kinetic + seen.potential;
             let rise = energy - self.energy;
             if rise < RISE {
                 self.energy = energy;
+                self.seen = Some(seen);
                 self.steps += steps;
                 self.control.accepted(WHOLE);
                 self.take_length();
@@ -140,6 +146,11 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
             }
             self.take_length();
         }
+    }
+
+    /// Everything that is recorded, at the end of a stretch.
+    pub fn observe(&mut self) -> Observation {
+        self.seen.unwrap_or_else(|| self.motion.observe())
     }
 
     /// Goes on in steps of the length that the control now asks for.

@@ -33,7 +33,7 @@ use crate::integrator::step_control::{StepControl, WHOLE};
 use crate::integrator::verlet::RingEffects;
 use crate::on_level;
 use crate::trajectory::{Failure, FailureClass};
-use crate::vector::{LANES, load, store};
+use crate::vector::{Instructions, LANES, fma, load, store};
 use fearless_simd::{Level, f64x8, prelude::*};
 use field::Field;
 use newton::{Newton, Refusal};
@@ -220,7 +220,8 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         self.work.refused += 1;
         let back = self.newton.displacement.largest(self.level);
         self.newton.displacement = Field::zero(self.ring.n);
-        self.newton.place(&mut self.ring, &mut self.effects, if back.is_finite() { back } else { f64::INFINITY });
+        let back = if back.is_finite() { back } else { f64::INFINITY };
+        self.newton.place(&mut self.ring, &mut self.effects, self.level, back);
         if matches!(refused, Refused::Newton(_)) {
             self.earlier.step = f64::INFINITY;
         }
@@ -239,23 +240,19 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         let long = ring.ux.len();
         newton.start.x.copy_from_slice(&ring.x[..long]);
         newton.start.y.copy_from_slice(&ring.y[..long]);
-        let ratio = h / earlier.step;
-        for i in 0..ring.n {
-            newton.displacement.x[i] = h * (ring.ux[i] + 0.5 * ratio * earlier.gained.x[i]);
-            newton.displacement.y[i] = h * (ring.uy[i] + 0.5 * ratio * earlier.gained.y[i]);
-        }
+        let scheme = Scheme::of(h, h / earlier.step);
+        on_level!(self.level, simd => scheme.foresee(simd, ring, earlier, newton));
         let far = newton.displacement.largest(self.level);
-        newton.place(ring, &mut self.effects, far);
+        newton.place(ring, &mut self.effects, self.level, far);
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
-        let scheme = Scheme { s: h * (1.0 + ratio) / (1.0 + 2.0 * ratio), keep: ratio * ratio / (1.0 + 2.0 * ratio) };
         on_level!(self.level, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
         let iterations = newton.minimise(ring, &mut self.effects, self.level)?;
         let far = newton.displacement.largest(self.level);
         if !(far <= self.largest_move) {
             return Err(Refused::TooFar(far));
         }
-        scheme.accept(ring, newton, &mut self.earlier);
+        on_level!(self.level, simd => scheme.accept(simd, ring, newton, &mut self.earlier));
         self.effects.settled(ring);
         self.earlier.step = h;
         self.work.accepted += 1;
@@ -288,6 +285,10 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
 /// The numbers of one step.
 #[derive(Clone, Copy)]
 struct Scheme {
+    /// h, its length.
+    h: f64,
+    /// r, the ratio of h to the length of the step before.
+    ratio: f64,
     /// s, the implicit share of the step.
     s: f64,
     /// `r^2/(1 + 2r)`, how much of the earlier change is kept.
@@ -295,10 +296,30 @@ struct Scheme {
 }
 
 impl Scheme {
+    /// A step of length `h`, `ratio` times as long as the one before.
+    fn of(h: f64, ratio: f64) -> Self {
+        let both = 1.0 + 2.0 * ratio;
+        Self { h, ratio, s: h * (1.0 + ratio) / both, keep: ratio * ratio / both }
+    }
+
+    /// Where the ring would be if its velocities went on to change as they did: `d = h (v + r/2 Dv)`.
+    #[inline(always)]
+    fn foresee<S: Instructions>(self, simd: S, ring: &Ring, earlier: &Earlier, newton: &mut Newton) {
+        let [h, half_change] = [self.h, 0.5 * self.h * self.ratio].map(|number| f64x8::splat(simd, number));
+        let Field { x, y } = &mut newton.displacement;
+        for (to, v, gained) in
+            [(&mut x[..], &ring.ux[..], &earlier.gained.x[..]), (&mut y[..], &ring.uy[..], &earlier.gained.y[..])]
+        {
+            for i in (0..v.len()).step_by(LANES) {
+                store(fma(load(simd, gained, i), half_change, load(simd, v, i) * h), to, i);
+            }
+        }
+    }
+
     /// Sets the weights and the free displacements.
     #[inline(always)]
     fn aim<S: Simd>(self, simd: S, ring: &Ring, drag: Rates<'_>, earlier: &Earlier, newton: &mut Newton) {
-        let Self { s, keep } = self;
+        let Self { s, keep, .. } = self;
         let inertia = ring.vertex_mass() / (s * s);
         for i in (0..newton.weight.len()).step_by(LANES) {
             let damping = f64x8::splat(simd, 1.0) + drag.load(simd, i) * s;
@@ -312,14 +333,21 @@ impl Scheme {
     }
 
     /// Takes over the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
-    fn accept(self, ring: &mut Ring, newton: &Newton, earlier: &mut Earlier) {
-        let Self { s, keep } = self;
-        for i in 0..ring.n {
-            let d = [newton.displacement.x[i], newton.displacement.y[i]];
-            let v = [(d[0] - keep * earlier.moved.x[i]) / s, (d[1] - keep * earlier.moved.y[i]) / s];
-            (earlier.gained.x[i], earlier.gained.y[i]) = (v[0] - ring.ux[i], v[1] - ring.uy[i]);
-            (earlier.moved.x[i], earlier.moved.y[i]) = (d[0], d[1]);
-            (ring.ux[i], ring.uy[i]) = (v[0], v[1]);
+    #[inline(always)]
+    fn accept<S: Instructions>(self, simd: S, ring: &mut Ring, newton: &Newton, earlier: &mut Earlier) {
+        let [inverse, less] = [1.0 / self.s, -self.keep / self.s].map(|number| f64x8::splat(simd, number));
+        let (d, Earlier { moved, gained, .. }) = (&newton.displacement, earlier);
+        for (d, v, moved, gained) in [
+            (&d.x[..], &mut ring.ux[..], &mut moved.x[..], &mut gained.x[..]),
+            (&d.y[..], &mut ring.uy[..], &mut moved.y[..], &mut gained.y[..]),
+        ] {
+            for i in (0..d.len()).step_by(LANES) {
+                let (now, before) = (load(simd, d, i), load(simd, v, i));
+                let after = fma(load(simd, moved, i), less, now * inverse);
+                store(after - before, gained, i);
+                store(now, moved, i);
+                store(after, v, i);
+            }
         }
     }
 }

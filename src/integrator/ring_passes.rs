@@ -116,27 +116,23 @@ pub struct RingForces {
 
 /// The edge arrays of a ring.
 #[derive(Clone, Copy)]
-struct Edges<'a> {
-    x: &'a [f64],
-    y: &'a [f64],
+pub(super) struct Edges<'a> {
+    pub(super) x: &'a [f64],
+    pub(super) y: &'a [f64],
     coefficient: &'a [f64],
+}
+
+impl<'a> Edges<'a> {
+    #[inline(always)]
+    pub(super) fn of(ring: &'a Ring) -> Self {
+        Self { x: &ring.edge_x, y: &ring.edge_y, coefficient: &ring.coefficient }
+    }
 }
 
 impl RingForces {
     /// Sum of all forces but drag on the vertices `i..i + 8`.
     #[inline(always)]
-    pub fn on<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
-        &self,
-        simd: S,
-        ring: &Ring,
-        i: usize,
-    ) -> (f64x8<S>, f64x8<S>) {
-        let edges = Edges { x: &ring.edge_x, y: &ring.edge_y, coefficient: &ring.coefficient };
-        self.at::<S, LENGTH, PUSHED>(simd, edges, [&ring.force_x, &ring.force_y], i)
-    }
-
-    #[inline(always)]
-    fn at<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
+    pub(super) fn at<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &self,
         simd: S,
         edges: Edges<'_>,
@@ -181,11 +177,12 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
     fx: &mut [f64],
     fy: &mut [f64],
 ) {
+    let (edges, pushes) = (Edges::of(ring), [&ring.force_x[..], &ring.force_y[..]]);
     for i in (0..ring.ux.len()).step_by(LANES) {
         let (x, y) = if forces.pushed {
-            forces.on::<S, LENGTH, true>(simd, ring, i)
+            forces.at::<S, LENGTH, true>(simd, edges, pushes, i)
         } else {
-            forces.on::<S, LENGTH, false>(simd, ring, i)
+            forces.at::<S, LENGTH, false>(simd, edges, pushes, i)
         };
         store(x, fx, i);
         store(y, fy, i);

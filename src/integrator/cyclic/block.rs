@@ -1,5 +1,6 @@
 //! Blocks of 2 x 2 numbers, for one chain or for eight at once.
 
+use crate::vector::{Instructions, fma};
 use fearless_simd::{f64x8, prelude::*};
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -9,6 +10,8 @@ pub(super) trait Number:
 {
     /// `1/x`.
     fn inverse(self) -> Self;
+    /// `x b + c`; rounded once where eight numbers are.
+    fn times(self, b: Self, c: Self) -> Self;
     /// Whether it, or each, is positive.
     fn is_positive(self) -> bool;
 }
@@ -19,16 +22,27 @@ impl Number for f64 {
         1.0 / self
     }
 
+    // Plain code has no instruction for it.
+    #[inline(always)]
+    fn times(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+
     #[inline(always)]
     fn is_positive(self) -> bool {
         self > 0.0
     }
 }
 
-impl<S: Simd> Number for f64x8<S> {
+impl<S: Instructions> Number for f64x8<S> {
     #[inline(always)]
     fn inverse(self) -> Self {
         1.0 / self
+    }
+
+    #[inline(always)]
+    fn times(self, b: Self, c: Self) -> Self {
+        fma(self, b, c)
     }
 
     #[inline(always)]
@@ -51,6 +65,18 @@ impl<T: Number> Block<T> {
     pub(super) fn transposed(self) -> Self {
         Self { xy: self.yx, yx: self.xy, ..self }
     }
+
+    /// Less the product `a b`.
+    #[inline(always)]
+    pub(super) fn less(self, a: Self, b: Self) -> Self {
+        let a = -a;
+        Self {
+            xx: a.xx.times(b.xx, a.xy.times(b.yx, self.xx)),
+            xy: a.xx.times(b.xy, a.xy.times(b.yy, self.xy)),
+            yx: a.yx.times(b.xx, a.yy.times(b.yx, self.yx)),
+            yy: a.yx.times(b.xy, a.yy.times(b.yy, self.yy)),
+        }
+    }
 }
 
 impl<T: Number> Mul for Block<T> {
@@ -58,10 +84,10 @@ impl<T: Number> Mul for Block<T> {
     #[inline(always)]
     fn mul(self, b: Self) -> Self {
         Self {
-            xx: self.xx * b.xx + self.xy * b.yx,
-            xy: self.xx * b.xy + self.xy * b.yy,
-            yx: self.yx * b.xx + self.yy * b.yx,
-            yy: self.yx * b.xy + self.yy * b.yy,
+            xx: self.xx.times(b.xx, self.xy * b.yx),
+            xy: self.xx.times(b.xy, self.xy * b.yy),
+            yx: self.yx.times(b.xx, self.yy * b.yx),
+            yy: self.yx.times(b.xy, self.yy * b.yy),
         }
     }
 }
@@ -99,16 +125,21 @@ pub(super) struct Pivot<T> {
 }
 
 impl<T: Number> Pivot<T> {
-    /// Less the product `a^T b` or `a b^T`, known to be symmetric.
+    /// Less the product `a b`, known to be symmetric.
     #[inline(always)]
-    pub(super) fn less(self, product: Block<T>) -> Self {
-        Self { xx: self.xx - product.xx, xy: self.xy - product.xy, yy: self.yy - product.yy }
+    pub(super) fn less(self, a: Block<T>, b: Block<T>) -> Self {
+        let a = -a;
+        Self {
+            xx: a.xx.times(b.xx, a.xy.times(b.yx, self.xx)),
+            xy: a.xx.times(b.xy, a.xy.times(b.yy, self.xy)),
+            yy: a.yx.times(b.xy, a.yy.times(b.yy, self.yy)),
+        }
     }
 
     /// The inverse, and whether the block is positive definite.
     #[inline(always)]
     pub(super) fn inverse(self) -> (Block<T>, bool) {
-        let determinant = self.xx * self.yy - self.xy * self.xy;
+        let determinant = self.xx.times(self.yy, -(self.xy * self.xy));
         let scale = determinant.inverse();
         let off = -(self.xy * scale);
         let inverse = Block { xx: self.yy * scale, xy: off, yx: off, yy: self.xx * scale };

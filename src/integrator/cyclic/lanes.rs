@@ -5,13 +5,17 @@
 //! same kind, in which vertex k stands for `kL`.
 
 use super::block::{Block, Pivot};
+use super::chains::{Line, by_vertex, side_by_side};
 use super::{Front, Solution, System, Zero};
 use crate::effects::stiffness::Stiffness;
-use crate::vector::LANES;
+use crate::vector::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// What is kept of eight vertices, one of each chain: blocks `ahead`, `to_zero` and `right`, entry by entry.
-type Kept = [[f64; LANES]; 12];
+/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them to the next ones.
+type Read = [Line; 11];
+
+/// What is kept of them: blocks `ahead`, `to_zero` and `right`, entry by entry; in the end the solution in the place of `right`.
+type Kept = [Line; 12];
 
 /// The chains of a ring, and the ring that remains of it.
 #[derive(Clone, Debug)]
@@ -23,62 +27,47 @@ pub(super) struct Lanes {
     right: [Vec<f64>; 4],
 }
 
-/// Entries `j, L + j ... 7L + j`.
+/// A block from four vectors.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, values: &[f64], length: usize, j: usize) -> f64x8<S> {
-    let mut lanes = [0.0; LANES];
-    for k in 0..LANES {
-        lanes[k] = values[k * length + j];
+fn block<S: Instructions>(simd: S, from: &[Line]) -> Block<f64x8<S>> {
+    Block {
+        xx: load(simd, &from[0].0, 0),
+        xy: load(simd, &from[1].0, 0),
+        yx: load(simd, &from[2].0, 0),
+        yy: load(simd, &from[3].0, 0),
     }
-    f64x8::from_slice(simd, &lanes)
 }
 
-/// Vertices `j, L + j ... 7L + j`: their blocks and right sides.
 #[inline(always)]
-fn vertices<S: Simd>(simd: S, system: &System<'_>, length: usize, j: usize) -> (Pivot<f64x8<S>>, Block<f64x8<S>>) {
+fn keep<S: Instructions>(to: &mut [Line], block: Block<f64x8<S>>) {
+    store(block.xx, &mut to[0].0, 0);
+    store(block.xy, &mut to[1].0, 0);
+    store(block.yx, &mut to[2].0, 0);
+    store(block.yy, &mut to[3].0, 0);
+}
+
+/// Reads up to eight rows from row `from` on.
+#[inline(always)]
+fn read_rows<S: Instructions>(simd: S, system: &System<'_>, length: usize, from: usize, read: &mut [Read; LANES]) {
     let (m, [bx, by], [gx, gy]) = (system.matrix, system.b, system.g);
-    let own = Pivot {
-        xx: gather(simd, &m.own_xx, length, j),
-        xy: gather(simd, &m.own_xy, length, j),
-        yy: gather(simd, &m.own_yy, length, j),
-    };
-    let right = Block {
-        xx: gather(simd, bx, length, j),
-        xy: gather(simd, gx, length, j),
-        yx: gather(simd, by, length, j),
-        yy: gather(simd, gy, length, j),
-    };
-    (own, right)
+    let columns: [&[f64]; 11] =
+        [&m.own_xx, &m.own_xy, &m.own_yy, bx, gx, by, gy, &m.next_xx, &m.next_xy, &m.next_yx, &m.next_yy];
+    for column in 0..columns.len() {
+        side_by_side(simd, columns[column], length, from, read, column);
+    }
+}
+
+/// The blocks and right sides of eight vertices.
+#[inline(always)]
+fn vertices<S: Instructions>(simd: S, read: &Read) -> (Pivot<f64x8<S>>, Block<f64x8<S>>) {
+    let own = Pivot { xx: load(simd, &read[0].0, 0), xy: load(simd, &read[1].0, 0), yy: load(simd, &read[2].0, 0) };
+    (own, block(simd, &read[3..7]))
 }
 
 /// The blocks that couple them to the next ones.
 #[inline(always)]
-fn edges<S: Simd>(simd: S, system: &System<'_>, length: usize, j: usize) -> Block<f64x8<S>> {
-    let m = system.matrix;
-    Block {
-        xx: gather(simd, &m.next_xx, length, j),
-        xy: gather(simd, &m.next_xy, length, j),
-        yx: gather(simd, &m.next_yx, length, j),
-        yy: gather(simd, &m.next_yy, length, j),
-    }
-}
-
-#[inline(always)]
-fn keep<S: Simd>(to: &mut [[f64; LANES]], block: Block<f64x8<S>>) {
-    to[0].copy_from_slice(block.xx.as_slice());
-    to[1].copy_from_slice(block.xy.as_slice());
-    to[2].copy_from_slice(block.yx.as_slice());
-    to[3].copy_from_slice(block.yy.as_slice());
-}
-
-#[inline(always)]
-fn kept_block<S: Simd>(simd: S, from: &[[f64; LANES]]) -> Block<f64x8<S>> {
-    Block {
-        xx: f64x8::from_slice(simd, &from[0]),
-        xy: f64x8::from_slice(simd, &from[1]),
-        yx: f64x8::from_slice(simd, &from[2]),
-        yy: f64x8::from_slice(simd, &from[3]),
-    }
+fn edges<S: Instructions>(simd: S, read: &Read) -> Block<f64x8<S>> {
+    block(simd, &read[7..11])
 }
 
 impl Lanes {
@@ -86,7 +75,7 @@ impl Lanes {
     pub(super) fn new(n: usize) -> Self {
         let rest = || vec![0.0; 2 * LANES];
         Self {
-            kept: vec![[[0.0; LANES]; 12]; n / LANES],
+            kept: vec![[Line::default(); 12]; n / LANES],
             matrix: Stiffness::new(2 * LANES),
             right: [rest(), rest(), rest(), rest()],
         }
@@ -100,31 +89,58 @@ impl Lanes {
 
     /// Eliminates the chains of a ring of `n >= 16` vertices; false if it met no positive pivot.
     #[inline(always)]
-    pub(super) fn reduce<S: Simd>(&mut self, simd: S, system: &System<'_>, n: usize) -> bool {
+    pub(super) fn reduce<S: Instructions>(&mut self, simd: S, system: &System<'_>, n: usize) -> bool {
         let length = n / LANES;
+        let mut read = [[Line::default(); 11]; LANES];
+        read_rows(simd, system, length, 0, &mut read);
+        let (pivot, right) = vertices(simd, &read[0]);
+        let mut first = Zero { pivot, right, positive: true };
+        let (pivot, right) = vertices(simd, &read[1]);
+        let mut front = Front { pivot, right, to_zero: edges(simd, &read[0]) };
+        let mut edge = edges(simd, &read[1]);
+        for j in 2..length {
+            if j % LANES == 0 {
+                read_rows(simd, system, length, j, &mut read);
+            }
+            let read = &read[j % LANES];
+            front = self.eliminate(j - 1, front, edge, vertices(simd, read), &mut first);
+            edge = edges(simd, read);
+        }
+        // The vertex behind the chain is another's first: what is taken off it is added there.
         let zero = f64x8::splat(simd, 0.0);
         let nothing = (Pivot { xx: zero, xy: zero, yy: zero }, Block { xx: zero, xy: zero, yx: zero, yy: zero });
-        let (pivot, right) = vertices(simd, system, length, 1);
-        let mut front = Front { pivot, right, to_zero: edges(simd, system, length, 0) };
-        let (pivot, right) = vertices(simd, system, length, 0);
-        let mut first = Zero { pivot, right, positive: true };
-        for j in 1..length {
-            // The vertex behind the chain is another's first: what is taken off it is added there.
-            let next = if j + 1 < length { vertices(simd, system, length, j + 1) } else { nothing };
-            let (on, row) = front.eliminate(edges(simd, system, length, j), next, &mut first);
-            front = on;
-            let kept = &mut self.kept[j];
-            keep(&mut kept[0..4], row.ahead);
-            keep(&mut kept[4..8], row.to_zero);
-            keep(&mut kept[8..12], row.right);
-        }
+        front = self.eliminate(length - 1, front, edge, nothing, &mut first);
         self.remains(system, n, first, front);
         first.positive
     }
 
+    /// Eliminates the vertices of row `j`, and keeps what the way back needs.
+    #[inline(always)]
+    fn eliminate<S: Instructions>(
+        &mut self,
+        j: usize,
+        front: Front<f64x8<S>>,
+        edge: Block<f64x8<S>>,
+        next: (Pivot<f64x8<S>>, Block<f64x8<S>>),
+        first: &mut Zero<f64x8<S>>,
+    ) -> Front<f64x8<S>> {
+        let (front, row) = front.eliminate(edge, next, first);
+        let kept = &mut self.kept[j];
+        keep(&mut kept[0..4], row.ahead);
+        keep(&mut kept[4..8], row.to_zero);
+        keep(&mut kept[8..12], row.right);
+        front
+    }
+
     /// Puts the ring together that remains, from the first vertices of the chains and what was taken off those behind them.
     #[inline(always)]
-    fn remains<S: Simd>(&mut self, system: &System<'_>, n: usize, first: Zero<f64x8<S>>, behind: Front<f64x8<S>>) {
+    fn remains<S: Instructions>(
+        &mut self,
+        system: &System<'_>,
+        n: usize,
+        first: Zero<f64x8<S>>,
+        behind: Front<f64x8<S>>,
+    ) {
         let (length, m) = (n / LANES, &mut self.matrix);
         m.n = n - LANES * (length - 1);
         let lane = |entry: f64x8<S>, k: usize| entry.as_slice()[k];
@@ -164,33 +180,34 @@ impl Lanes {
 
     /// The solution of the whole ring from that of the ring that remains, back along the chains; both by vertex.
     #[inline(always)]
-    pub(super) fn substitute<S: Simd>(&self, simd: S, n: usize, rest: &[Block<f64>], solved: &mut Solution) {
+    pub(super) fn substitute<S: Instructions>(
+        &mut self,
+        simd: S,
+        n: usize,
+        rest: &[Block<f64>],
+        solved: &mut Solution,
+    ) {
         let length = n / LANES;
         // The solutions at the first vertices of the chains, and at those behind them.
-        let mut ends = [[[0.0; LANES]; 4]; 2];
+        let mut ends = [[Line::default(); 4]; 2];
         for (shift, end) in ends.iter_mut().enumerate() {
             for k in 0..LANES {
                 let at = rest[(k + shift) % rest.len()];
-                (end[0][k], end[1][k], end[2][k], end[3][k]) = (at.xx, at.xy, at.yx, at.yy);
+                (end[0].0[k], end[1].0[k], end[2].0[k], end[3].0[k]) = (at.xx, at.xy, at.yx, at.yy);
             }
         }
-        let (at_first, mut next) = (kept_block(simd, &ends[0]), kept_block(simd, &ends[1]));
+        let (at_first, mut next) = (block(simd, &ends[0]), block(simd, &ends[1]));
         for j in (1..length).rev() {
-            let kept = &self.kept[j];
-            let (ahead, to_zero) = (kept_block(simd, &kept[0..4]), kept_block(simd, &kept[4..8]));
-            next = kept_block(simd, &kept[8..12]) - to_zero * at_first - ahead * next;
-            let entries = [
-                (next.xx, &mut solved.xx),
-                (next.xy, &mut solved.xy),
-                (next.yx, &mut solved.yx),
-                (next.yy, &mut solved.yy),
-            ];
-            for (values, to) in entries {
-                for (k, &value) in values.as_slice().iter().enumerate() {
-                    to[k * length + j] = value;
-                }
-            }
+            let kept = &mut self.kept[j];
+            let (ahead, to_zero) = (block(simd, &kept[0..4]), block(simd, &kept[4..8]));
+            next = block(simd, &kept[8..12]).less(to_zero, at_first).less(ahead, next);
+            keep(&mut kept[8..12], next);
         }
+        let kept = &self.kept[..length];
+        by_vertex(simd, kept, 8, &mut solved.xx);
+        by_vertex(simd, kept, 9, &mut solved.xy);
+        by_vertex(simd, kept, 10, &mut solved.yx);
+        by_vertex(simd, kept, 11, &mut solved.yy);
         for (k, solution) in rest.iter().enumerate() {
             let vertex = if k < LANES { k * length } else { k + LANES * (length - 1) };
             solved.set(vertex, *solution);

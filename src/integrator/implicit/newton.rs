@@ -24,10 +24,11 @@ use crate::effects::stiffness::{Parts, Stiffness};
 use crate::effects::{Drag, EdgeForce};
 use crate::integrator::cyclic::CyclicSolver;
 use crate::integrator::implicit::field::Field;
-use crate::integrator::ring_passes::{EdgeLaw, RingForces, edge_pass};
+use crate::integrator::ring_passes::{EdgeLaw, Edges, RingForces, edge_pass};
 use crate::integrator::verlet::{RingEffects, add_forces};
 use crate::on_level;
-use crate::vector::{Instructions, LANES, inverse_sqrt, load, padded, store};
+use crate::vector::aligned::Aligned;
+use crate::vector::{Instructions, LANES, fma, inverse_sqrt, load, padded, store};
 use fearless_simd::{Level, f64x8, prelude::*};
 
 /// Most Newton steps before a time step is given up.
@@ -69,14 +70,14 @@ pub struct Newton {
     /// Free displacements d*.
     pub free: Field,
     /// Weights w.
-    pub weight: Vec<f64>,
+    pub weight: Aligned,
     /// How far any vertex may have moved since this was last set to zero.
     pub travelled: f64,
     residual: Field,
     correction: Field,
     area_gradient: Field,
     half_pressure: f64,
-    edge_stiffness: [Vec<f64>; 3],
+    edge_stiffness: [Aligned; 3],
     stiffness: Stiffness,
     solver: CyclicSolver,
 }
@@ -85,12 +86,12 @@ impl Newton {
     /// Work space for `n` vertices.
     pub fn new(n: usize) -> Self {
         let field = || Field::zero(n);
-        let edges = || vec![0.0; padded(n) + LANES];
+        let edges = || Aligned::zeros(padded(n) + LANES);
         Self {
             start: field(),
             displacement: field(),
             free: field(),
-            weight: vec![0.0; padded(n)],
+            weight: Aligned::zeros(padded(n)),
             travelled: 0.0,
             residual: field(),
             correction: field(),
@@ -103,16 +104,14 @@ impl Newton {
     }
 
     /// Puts the ring at `start + displacement`, none of its vertices having been further than `distance` from there.
-    pub fn place<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, distance: f64) {
-        let n = ring.n;
-        for (to, start, by) in [
-            (&mut ring.x[..n], &self.start.x[..n], &self.displacement.x[..n]),
-            (&mut ring.y[..n], &self.start.y[..n], &self.displacement.y[..n]),
-        ] {
-            for i in 0..n {
-                to[i] = start[i] + by[i];
-            }
-        }
+    pub fn place<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &mut RingEffects<E, D>,
+        level: Level,
+        distance: f64,
+    ) {
+        on_level!(level, simd => self.place_with(simd, ring));
         ring.close();
         self.travelled += distance;
         effects.walls.moved(distance, ring);
@@ -121,18 +120,29 @@ impl Newton {
         }
     }
 
-    /// Adds `share` of the correction, whose largest vector is `size`.
-    fn go<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &mut RingEffects<E, D>, share: f64, size: f64) {
-        let n = ring.n;
-        for (to, by) in [
-            (&mut self.displacement.x[..n], &self.correction.x[..n]),
-            (&mut self.displacement.y[..n], &self.correction.y[..n]),
+    #[inline(always)]
+    fn place_with<S: Simd>(&self, simd: S, ring: &mut Ring) {
+        for (to, start, by) in [
+            (&mut ring.x[..], &self.start.x[..], &self.displacement.x[..]),
+            (&mut ring.y[..], &self.start.y[..], &self.displacement.y[..]),
         ] {
-            for i in 0..n {
-                to[i] += share * by[i];
+            for i in (0..by.len()).step_by(LANES) {
+                store(load(simd, start, i) + load(simd, by, i), to, i);
             }
         }
-        self.place(ring, effects, share.abs() * size);
+    }
+
+    /// Adds `share` of the correction, whose largest vector is `size`.
+    fn go<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &mut RingEffects<E, D>,
+        level: Level,
+        share: f64,
+        size: f64,
+    ) {
+        on_level!(level, simd => self.displacement.add(simd, share, &self.correction));
+        self.place(ring, effects, level, share.abs() * size);
     }
 
     /// Minimises Phi from the present displacement on; returns the number of Newton steps.
@@ -157,12 +167,12 @@ impl Newton {
             }
             if held {
                 held = false;
-                self.go(ring, effects, (LONGEST / size).min(1.0), size);
+                self.go(ring, effects, level, (LONGEST / size).min(1.0), size);
                 self.evaluate(ring, effects, level);
                 continue;
             }
             if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(level) {
-                self.go(ring, effects, 1.0, size);
+                self.go(ring, effects, level, 1.0, size);
                 return Ok(iteration);
             }
             self.search(ring, effects, level, size);
@@ -199,14 +209,14 @@ impl Newton {
         level: Level,
         size: f64,
     ) {
-        let down = -self.slope();
+        let down = -self.slope(level);
         let mut share = (LONGEST / size).min(1.0);
-        self.go(ring, effects, share, size);
+        self.go(ring, effects, level, share, size);
         self.evaluate(ring, effects, level);
         if size < NOT_CUT {
             return;
         }
-        let mut up = self.slope();
+        let mut up = self.slope(level);
         // The bottom lies between two lengths: at the first the slope leads down, at the second up.
         let (mut low, mut high) = ((0.0, -down), (share, up));
         for cut in 0..MOST_CUTS {
@@ -218,10 +228,10 @@ impl Newton {
             let level_at = if cut % 3 == 2 { 0.5 } else { low.1 / (low.1 - high.1) };
             let level_at = if level_at.is_finite() { level_at.clamp(0.01, 0.99) } else { 0.1 };
             let next = low.0 + level_at * width;
-            self.go(ring, effects, next - share, size);
+            self.go(ring, effects, level, next - share, size);
             share = next;
             self.evaluate(ring, effects, level);
-            up = self.slope();
+            up = self.slope(level);
             if up <= 0.0 {
                 low = (share, up);
             } else {
@@ -231,17 +241,8 @@ impl Newton {
     }
 
     /// `p Phi'`.
-    fn slope(&self) -> f64 {
-        let (p, r) = (&self.correction, &self.residual);
-        let mut lanes = [0.0; LANES];
-        let (px, py) = (p.x.chunks_exact(LANES), p.y.chunks_exact(LANES));
-        let (rx, ry) = (r.x.chunks_exact(LANES), r.y.chunks_exact(LANES));
-        for ((px, py), (rx, ry)) in px.zip(py).zip(rx.zip(ry)) {
-            for k in 0..LANES {
-                lanes[k] += px[k] * rx[k] + py[k] * ry[k];
-            }
-        }
-        lanes.iter().sum()
+    fn slope(&self, level: Level) -> f64 {
+        on_level!(level, simd => self.correction.dot(simd, &self.residual))
     }
 
     /// Phi' and the gradient of the area at the present positions.
@@ -271,17 +272,20 @@ impl Newton {
         ring: &Ring,
         forces: &RingForces,
     ) {
-        for i in (0..self.weight.len()).step_by(LANES) {
-            let (fx, fy) = forces.on::<S, LENGTH, PUSHED>(simd, ring, i);
-            let weight = load(simd, &self.weight, i);
-            let off_x = load(simd, &self.displacement.x, i) - load(simd, &self.free.x, i);
-            let off_y = load(simd, &self.displacement.y, i) - load(simd, &self.free.y, i);
-            store(weight * off_x - fx, &mut self.residual.x, i);
-            store(weight * off_y - fy, &mut self.residual.y, i);
-            let chord_x = load(simd, &ring.edge_x, i + LANES) + load(simd, &ring.edge_x, i + LANES - 1);
-            let chord_y = load(simd, &ring.edge_y, i + LANES) + load(simd, &ring.edge_y, i + LANES - 1);
-            store(chord_y * 0.5, &mut self.area_gradient.x, i);
-            store(chord_x * -0.5, &mut self.area_gradient.y, i);
+        let Self { displacement, free, residual, area_gradient, .. } = self;
+        let (weight, edges, pushes) = (&self.weight[..], Edges::of(ring), [&ring.force_x[..], &ring.force_y[..]]);
+        let ([x, y], [free_x, free_y]) = (displacement.parts(), free.parts());
+        let ([residual_x, residual_y], [area_x, area_y]) = (residual.parts_mut(), area_gradient.parts_mut());
+        for i in (0..weight.len()).step_by(LANES) {
+            let (fx, fy) = forces.at::<S, LENGTH, PUSHED>(simd, edges, pushes, i);
+            let weight = load(simd, weight, i);
+            let (off_x, off_y) = (load(simd, x, i) - load(simd, free_x, i), load(simd, y, i) - load(simd, free_y, i));
+            store(fma(weight, off_x, -fx), residual_x, i);
+            store(fma(weight, off_y, -fy), residual_y, i);
+            let chord_x = load(simd, edges.x, i + LANES) + load(simd, edges.x, i + LANES - 1);
+            let chord_y = load(simd, edges.y, i + LANES) + load(simd, edges.y, i + LANES - 1);
+            store(chord_y * 0.5, area_x, i);
+            store(chord_x * -0.5, area_y, i);
         }
     }
 
@@ -312,9 +316,10 @@ impl Newton {
     fn assemble_ring_with<S: Instructions>(&mut self, simd: S, ring: &Ring, law: EdgeLaw, parts: Parts) {
         let (n, long, zero) = (ring.n, padded(ring.n), f64x8::splat(simd, 0.0));
         let EdgeLaw { tension, eps_squared } = law;
-        let [along_xx, along_xy, along_yy] = &mut self.edge_stiffness;
+        let [along_xx, along_xy, along_yy] = self.edge_stiffness.each_mut().map(|edges| &mut edges[..]);
+        let edges = Edges::of(ring);
         for i in (LANES..long + LANES).step_by(LANES) {
-            let (ex, ey) = (load(simd, &ring.edge_x, i), load(simd, &ring.edge_y, i));
+            let (ex, ey) = (load(simd, edges.x, i), load(simd, edges.y, i));
             let inverse_length =
                 if tension.needs_length() { inverse_sqrt(simd, ex * ex + ey * ey + eps_squared) } else { zero };
             let mut across = tension.coefficient(simd, inverse_length);
@@ -332,19 +337,23 @@ impl Newton {
         }
         let turn = if parts == Parts::All { self.half_pressure } else { 0.0 };
         let m = &mut self.stiffness;
+        let [own_xx, own_xy, own_yy] = [&mut m.own_xx, &mut m.own_xy, &mut m.own_yy].map(|own| &mut own[..]);
+        let next = [&mut m.next_xx, &mut m.next_xy, &mut m.next_yx, &mut m.next_yy];
+        let [next_xx, next_xy, next_yx, next_yy] = next.map(|next| &mut next[..]);
+        let weights = &self.weight[..];
         for i in (0..long).step_by(LANES) {
-            let weight = load(simd, &self.weight, i);
+            let weight = load(simd, weights, i);
             let (xx, xy, yy) =
                 (load(simd, along_xx, i + LANES), load(simd, along_xy, i + LANES), load(simd, along_yy, i + LANES));
-            store(weight + (xx + load(simd, along_xx, i + LANES - 1)), &mut m.own_xx, i);
-            store(xy + load(simd, along_xy, i + LANES - 1), &mut m.own_xy, i);
-            store(weight + (yy + load(simd, along_yy, i + LANES - 1)), &mut m.own_yy, i);
-            store(-xx, &mut m.next_xx, i);
-            store(-xy - turn, &mut m.next_xy, i);
-            store(-xy + turn, &mut m.next_yx, i);
-            store(-yy, &mut m.next_yy, i);
+            store(weight + (xx + load(simd, along_xx, i + LANES - 1)), own_xx, i);
+            store(xy + load(simd, along_xy, i + LANES - 1), own_xy, i);
+            store(weight + (yy + load(simd, along_yy, i + LANES - 1)), own_yy, i);
+            store(-xx, next_xx, i);
+            store(-xy - turn, next_xy, i);
+            store(-xy + turn, next_yx, i);
+            store(-yy, next_yy, i);
         }
-        for own in [&mut m.own_xx, &mut m.own_xy, &mut m.own_yy] {
+        for own in [own_xx, own_xy, own_yy] {
             own[n..].fill(0.0);
         }
     }
