@@ -8,7 +8,7 @@
 use super::{Drag, Rates};
 use crate::droplet::deformable::Ring;
 use crate::on_level;
-use crate::scene::wall::{Asking, Edges, Walls};
+use crate::scene::wall::{Asking, Walls};
 use crate::vector::aligned::Aligned;
 use crate::vector::{LANES, load, max_lanes, padded, store};
 use fearless_simd::{Fallback, Level, f64x8, prelude::*};
@@ -117,18 +117,17 @@ impl<W: Walls> NearestWalls<W> {
         // Seldom made: the plain instruction set will do.
         let simd = Fallback::new();
         for start in (0..ring.ux.len()).step_by(LANES) {
-            let points = vertices(simd, ring, start);
+            let (x, y) = (load(simd, &ring.x, start), load(simd, &ring.y, start));
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
             for shape in near {
-                nearest = nearest.min(simd.distance(shape, points));
+                nearest = nearest.min(simd.distance_to(shape, x, y));
             }
             farthest = farthest.max(max_lanes(nearest) - surface);
             let first = shapes.len();
             let reach = nearest + 2.0 * SKIN;
-            shapes.extend(near.iter().filter(|shape| simd.distance(*shape, points).simd_le(reach).any_true()));
+            shapes.extend(near.iter().filter(|shape| simd.distance_to(*shape, x, y).simd_le(reach).any_true()));
             lists.push(first..shapes.len());
         }
-
         farthest
     }
 
@@ -137,23 +136,16 @@ impl<W: Walls> NearestWalls<W> {
         let surface = self.walls.surface();
         for (block, list) in self.lists.iter().enumerate() {
             let at = block * LANES;
-            let points = vertices(simd, ring, at);
+            let (x, y) = (load(simd, &ring.x, at), load(simd, &ring.y, at));
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
             for shape in &self.shapes[list.clone()] {
-                nearest = nearest.min(simd.distance(shape, points));
+                nearest = nearest.min(simd.distance_to(shape, x, y));
             }
             let distance = (nearest - surface).max(f64x8::splat(simd, self.floor)).min(f64x8::splat(simd, 1e6));
             let rate = (power(simd, distance, self.alpha) * self.b0 + 1.0) * self.far_rate;
             store(rate, rates, at);
         }
     }
-}
-
-/// Eight vertices as edges of no length.
-#[inline(always)]
-fn vertices<S: Simd>(simd: S, ring: &Ring, at: usize) -> Edges<S> {
-    let zero = f64x8::splat(simd, 0.0);
-    Edges { x: load(simd, &ring.x, at), y: load(simd, &ring.y, at), ex: zero, ey: zero }
 }
 
 /// `d^(-alpha)`.

@@ -134,6 +134,11 @@ impl Shape for Wedge {
     }
 
     #[inline(always)]
+    fn distance_to<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+        self.place(simd, x - self.x, (y - self.y) * self.side).distance
+    }
+
+    #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
         let (place, q) = self.nearest(simd, edges, LEVEL);
         let overlap = (reach - place.distance).max(f64x8::splat(simd, 0.0));

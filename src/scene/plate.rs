@@ -38,6 +38,11 @@ impl Shape for HalfPlane {
     }
 
     #[inline(always)]
+    fn distance_to<S: Simd>(&self, _: S, x: f64x8<S>, _: f64x8<S>) -> f64x8<S> {
+        self.x - x
+    }
+
+    #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
         let q = (0.5 + edges.ex * (0.5 / LEVEL)).max(zero).min(one);

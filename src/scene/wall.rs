@@ -55,6 +55,9 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Distance from the nearest point of each edge to the skeleton, negative inside it.
     fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S>;
 
+    /// The same from points.
+    fn distance_to<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
+
     /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>>;
 
@@ -76,6 +79,9 @@ pub trait Asking: Instructions {
     /// [`Shape::distance`].
     fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self>;
 
+    /// [`Shape::distance_to`].
+    fn distance_to<T: Shape>(self, shape: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self>;
+
     /// [`Shape::touch`].
     fn touch<T: Shape>(self, shape: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
 }
@@ -86,6 +92,11 @@ macro_rules! asking {
             #[$inline]
             fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self> {
                 shape.distance(self, edges)
+            }
+
+            #[$inline]
+            fn distance_to<T: Shape>(self, shape: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self> {
+                shape.distance_to(self, x, y)
             }
 
             #[$inline]
