@@ -30,10 +30,13 @@ impl Walls for ChannelWalls {
         self.tip_radius
     }
 
-    fn for_each_near(&self, origin: [f64; 2], _: [f64; 4], mut visit: impl FnMut(Wedge)) {
+    fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Wedge)) {
         for (id, side) in [(0, 1.0), (1, -1.0)] {
             let y = side * (self.half_width + self.tip_radius) - origin[1];
-            visit(Wedge { id, x: -origin[0], y, side, sin: self.sin, cos: self.cos });
+            let wedge = Wedge { id, x: -origin[0], y, side, sin: self.sin, cos: self.cos };
+            if wedge.meets(bounds) {
+                visit(wedge);
+            }
         }
     }
 }
@@ -57,6 +60,14 @@ struct Place<S: Simd> {
 }
 
 impl Wedge {
+    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`: the point of the box that lies deepest is the one nearest the
+    /// axis, on the wedge's side.
+    fn meets(&self, [x0, x1, y0, y1]: [f64; 4]) -> bool {
+        let off_axis = (x0 - self.x).max(self.x - x1).max(0.0);
+        let deep = ((y0 - self.y) * self.side).max((y1 - self.y) * self.side);
+        off_axis * self.sin <= deep * self.cos
+    }
+
     /// Signed distance of points relative to the tip, with the wedge opening upwards, and the normal there.
     #[inline(always)]
     fn place<S: Simd>(&self, simd: S, rx: f64x8<S>, ry: f64x8<S>) -> Place<S> {
@@ -171,6 +182,8 @@ impl Shape for Wedge {
 mod tests {
     use super::*;
 
+    const EVERYWHERE: [f64; 4] = [-9.0, 9.0, -9.0, 9.0];
+
     fn distance(wedge: &Wedge, from: [f64; 2], to: [f64; 2]) -> f64 {
         let simd = Fallback::new();
         let splat = |v: f64| f64x8::splat(simd, v);
@@ -191,7 +204,7 @@ mod tests {
         for angle in [30.0, 45.0, 80.0] {
             let walls = ChannelWalls::new(0.7, angle, 0.0);
             let mut wedges = Vec::new();
-            walls.for_each_near([0.0, 0.0], [0.0; 4], |wedge| wedges.push(wedge));
+            walls.for_each_near([0.0, 0.0], EVERYWHERE, |wedge| wedges.push(wedge));
             for k in 0..400 {
                 let t = f64::from(k);
                 let from = [libm::sin(1.7 * t), 0.35 + libm::cos(2.3 * t)];
@@ -209,9 +222,25 @@ mod tests {
     }
 
     #[test]
+    fn a_box_meets_a_wedge_if_one_of_its_points_lies_inside() {
+        let walls = ChannelWalls::new(0.7, 40.0, 0.0);
+        let mut met = 0;
+        for k in 0..400 {
+            let [x0, y0] = [3.0 * libm::sin(1.7 * f64::from(k)), 3.0 * libm::cos(2.3 * f64::from(k))];
+            let bounds = [x0, x0 + 1.0, y0, y0 + 0.5];
+            let mut upper = false;
+            walls.for_each_near([0.0, 0.0], bounds, |wedge| upper |= wedge.id == 0);
+            let inside = |i: i32| by_definition(0.7, 40.0, [x0 + f64::from(i) / 1000.0, y0 + 0.5]) <= 0.0;
+            assert_eq!(upper, (0..=1000).any(inside), "{bounds:?}");
+            met += i32::from(upper);
+        }
+        assert!(met > 50 && met < 350);
+    }
+
+    #[test]
     fn a_rounded_tip_keeps_the_width_of_the_orifice() {
         let walls = ChannelWalls::new(0.7, 45.0, 0.1);
-        walls.for_each_near([0.0, 0.0], [0.0; 4], |wedge| {
+        walls.for_each_near([0.0, 0.0], EVERYWHERE, |wedge| {
             let centre = distance(&wedge, [0.0, 0.0], [0.0, 0.0]) - walls.surface();
             assert!((centre - 0.35).abs() < 1e-15);
         });
