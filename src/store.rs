@@ -35,6 +35,7 @@ mod every_fault;
 mod fits;
 mod folders;
 mod format;
+mod functions;
 mod lock;
 mod migrate;
 mod patience;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::Duration;
 
-/// Four runs of some tenths of a second: a ring by either integrator, and a point.
+/// Four runs of half a second or more: a ring by either integrator, and a point.
 const LONG: &str = r#"
 name = "long"
 scene = "obstacles"
@@ -27,7 +27,7 @@ model = "DP"
 n_vertices = 40
 runs_per_point = 2
 gamma = 0.3
-limits.t_max = 3000.0
+limits.t_max = 12000.0
 
 [[block]]
 name = "implicit"
@@ -35,13 +35,13 @@ model = "DP"
 n_vertices = 40
 integrator = "implicit"
 gamma = 0.3
-limits.t_max = 3000.0
+limits.t_max = 12000.0
 
 [[block]]
 name = "soft"
 model = "SP"
 e_w = 1.0
-limits.t_max = 30000.0
+limits.t_max = 120000.0
 "#;
 
 /// Runs that end in a failure after a while: walls that give way.

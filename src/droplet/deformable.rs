@@ -21,7 +21,7 @@ pub struct Ring {
     pub x: Aligned,
     /// y, likewise.
     pub y: Aligned,
-    /// x velocity half a step ahead of the positions before them, `padded(n)` long, zero from `n` on.
+    /// x velocity half a step before the positions, `padded(n)` long, zero from `n` on.
     pub ux: Aligned,
     /// y velocity, likewise.
     pub uy: Aligned,

@@ -48,7 +48,7 @@ pub struct SoftEffects {
 pub struct SoftMotion<W: Walls> {
     /// Position relative to the origin.
     position: [f64; 2],
-    /// Velocity half a step ahead of the position before.
+    /// Velocity half a step before the position.
     velocity: [f64; 2],
     origin: [f64; 2],
     effects: SoftEffects,
@@ -73,7 +73,7 @@ pub struct SoftState {
 }
 
 impl<W: Walls> SoftMotion<W> {
-    /// A point at rest at `position` (world), its first half step taken.
+    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero now.
     pub fn start(position: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
         let mut motion = Self {
@@ -90,10 +90,7 @@ impl<W: Walls> SoftMotion<W> {
         };
         motion.list_near();
         let force = motion.force(motion.position);
-        for k in 0..2 {
-            motion.velocity[k] = 0.5 * dt / MASS * force[k];
-            motion.position[k] += dt * motion.velocity[k];
-        }
+        motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
         motion
     }
 

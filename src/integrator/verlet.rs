@@ -152,22 +152,16 @@ pub struct RingMotion<E, D> {
 }
 
 impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
-    /// A ring at rest, its first half step taken.
+    /// A ring at rest: its velocity half a step before, `u = -dt/2 F/m`, is what makes `v` zero now.
     pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
         let mut motion = Self { ring, effects, dt, level };
         motion.moved(f64::INFINITY);
         let (fx, fy) = motion.forces();
         let ring = &mut motion.ring;
         let kick = 0.5 * dt / ring.vertex_mass();
-        let mut fastest_squared: f64 = 0.0;
         for i in 0..ring.n {
-            (ring.ux[i], ring.uy[i]) = (kick * fx[i], kick * fy[i]);
-            ring.x[i] += dt * ring.ux[i];
-            ring.y[i] += dt * ring.uy[i];
-            fastest_squared = fastest_squared.max(ring.ux[i] * ring.ux[i] + ring.uy[i] * ring.uy[i]);
+            (ring.ux[i], ring.uy[i]) = (-kick * fx[i], -kick * fy[i]);
         }
-        ring.close();
-        motion.moved(dt * fastest_squared.sqrt());
         motion
     }
 

@@ -1,7 +1,7 @@
 //! SQL over a store: `runs`, `clog_events`, `lambda_fits`, `speed_averages` and `samples` in one statement, read-only.
 
 use super::format::{Format, Sink};
-use super::{StoreError, open_reading, samples_table};
+use super::{StoreError, functions, open_reading, samples_table};
 use rusqlite::{Connection, Statement};
 use std::io::Write;
 use std::path::Path;
@@ -31,10 +31,11 @@ pub enum QueryError {
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words, and the names that exist if a table
-/// does not; [`QueryError::Output`].
+/// or a column does not; [`QueryError::Output`].
 pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Result<(), QueryError> {
     let conn = open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
     samples_table::register(&conn, dir)?;
+    functions::register(&conn).map_err(StoreError::sql(dir))?;
     let mut statement = conn.prepare(sql).map_err(|error| explain(&conn, &error))?;
     match answer(&conn, &mut statement, format, out) {
         Err(QueryError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -66,9 +67,10 @@ fn explain(conn: &Connection, error: &rusqlite::Error) -> QueryError {
         rusqlite::Error::SqliteFailure(_, Some(message)) => message.clone(),
         other => other.to_string(),
     };
-    let hint = match problem.contains("no such table") {
-        true => format!("\n  there are: {}", tables(conn).join(", ")),
-        false => String::new(),
+    let hint = match error {
+        _ if problem.contains("no such table") => format!("\n  there are: {}", tables(conn).join(", ")),
+        rusqlite::Error::SqlInputError { msg, sql, .. } if msg.contains("no such column") => columns_of(conn, sql),
+        _ => String::new(),
     };
     QueryError::Sql { problem, hint }
 }
@@ -81,6 +83,17 @@ fn place(message: &str, sql: &str, offset: i32) -> String {
     let start = before.rsplit('\n').next().unwrap_or_default();
     let end = after.split('\n').next().unwrap_or_default();
     format!("{message}\n  {start}{end}\n  {:>width$}", "^", width = start.chars().count() + 1)
+}
+
+/// The columns of every table that the statement names, a line each.
+fn columns_of(conn: &Connection, sql: &str) -> String {
+    let words: Vec<&str> = sql.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+    let line = |table: String| {
+        let statement = conn.prepare(&format!("SELECT * FROM {table} LIMIT 0")).ok()?;
+        let names: Vec<&str> = statement.column_names().collect();
+        Some(format!("\n  {table} has: {}", names.join(", ")))
+    };
+    tables(conn).into_iter().filter(|table| words.contains(&table.as_str())).filter_map(line).collect()
 }
 
 /// What a query can read, the contract first.

@@ -31,6 +31,24 @@ fn the_views_have_the_columns_of_the_contract() {
 }
 
 #[test]
+fn functions_of_numbers_are_there_and_give_null_where_they_have_no_value() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    let sql = "SELECT sqrt(9), exp(0), ln(1), log10(1000), floor(-1.5), ceil(1.5), power(2, 10), sqrt(-1), exp(NULL)";
+    let numbers = answer(dir.path(), sql, Format::Csv);
+    assert_eq!(numbers.lines().nth(1), Some("3.0,1.0,0.0,3.0,-2.0,2.0,1024.0,,"));
+}
+
+#[test]
+fn an_unknown_column_is_answered_with_those_of_the_tables_asked() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    let error = query(dir.path(), "SELECT speed FROM runs", Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+    assert!(error.contains("no such column: speed") && error.contains("runs has: job_id, campaign"), "{error}");
+    assert!(!error.contains("samples has"), "{error}");
+}
+
+#[test]
 fn a_run_reads_back_with_its_parameters_and_null_where_a_column_means_nothing() {
     let dir = tempfile::tempdir().unwrap();
     filled(dir.path(), &[soft(2.5), ring(1.09)], 1, 1, 10);
