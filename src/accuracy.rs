@@ -14,6 +14,7 @@ use crate::campaign::Campaign;
 use crate::fits::RunRecord;
 use crate::job::{Integrator, Point, PointId};
 use crate::stability::StabilityLimit;
+use crate::stepping::candidates;
 use front::Front;
 use ladder::{Knob, Ladder};
 use std::collections::HashMap;
@@ -187,12 +188,11 @@ impl Measured {
         }
     }
 
-    /// N_v, integrator, and a step that is not Verlet's automatic one; `None` for a soft particle.
+    /// N_v, integrator, and a step that is not its automatic one; `None` for a soft particle.
     pub fn setting(&self) -> Option<(usize, Integrator, Option<f64>)> {
         let crate::job::Model::Deformable(ring) = &self.point.model else { return None };
         let stepping = &self.point.stepping;
-        let automatic =
-            stepping.integrator == Integrator::Verlet && stepping.dt == StabilityLimit::of(&self.point).auto_dt();
+        let automatic = candidates(&self.point, &StabilityLimit::of(&self.point)).contains(stepping);
         Some((ring.n_vertices, stepping.integrator, (!automatic).then_some(stepping.dt)))
     }
 }

@@ -2,28 +2,30 @@
 //!
 //! The cost of a unit of time, per vertex, is `cost of a step/dt`. Verlet's steps are cheap, but `dt` is bound by the stiffest force
 //! ([`crate::stability`]); an implicit step costs a few Newton steps, each like a dozen of Verlet's, and its `dt` is a
-//! matter of accuracy alone. So Verlet is the cheaper one down to a step of about 4e-4, and
-//! `auto` leaves it at 2e-4. The costs are constants, not measured anew, because the choice is part of a job's identity.
+//! matter of accuracy alone. At 1/16 t0 its error is a tenth of what 256 vertices leave, or less, and it is the cheaper one wherever Verlet's step is
+//! below 2e-3: with a ring of 256 vertices, always. The costs are constants, not measured anew, because the choice is part of a job's identity.
 //!
-//! Example: with the literal wall stiffness at N_v = 256 Verlet needs `dt < 4.8e-6`, which costs over a hundred times as much as
-//! implicit steps of 0.02.
+//! Droplets that fold back on themselves stay with Verlet: self-contact gives Newton's method no second derivatives, and is its worst case.
+//!
+//! Example: at the reference point Verlet takes 0.57 ms of CPU per t0 and the implicit integrator 0.2 ms, to the same places within 1e-3 sigma; with
+//! the literal wall stiffness at N_v = 256 Verlet needs `dt < 4.8e-6`, and costs several hundred times as much.
 
 use crate::integrator::implicit::LARGEST_MOVE;
-use crate::job::{Integrator, IntegratorChoice, Model, Point, Stepping, WallStiffness};
+use crate::job::{Deformable, Integrator, IntegratorChoice, Model, Point, SelfContact, Stepping, WallStiffness};
 use crate::stability::{StabilityLimit, vertices_pile_up};
 
 /// Cost of a Verlet step, in ns per vertex.
-pub const VERLET_STEP_NS: f64 = 3.0;
+pub const VERLET_STEP_NS: f64 = 2.3;
 
 /// Cost of a Newton step, in ns per vertex.
-pub const NEWTON_STEP_NS: f64 = 35.0;
+pub const NEWTON_STEP_NS: f64 = 20.0;
 
-/// Newton steps that an implicit step takes on average: 2.3 measured at soft walls, 3 to 4 at hard ones.
-pub const NEWTON_STEPS: f64 = 4.0;
+/// Newton steps that an implicit step takes on average: 2.6 measured at soft walls, 3 to 4 at hard ones.
+pub const NEWTON_STEPS: f64 = 3.0;
 
-/// Time step of the implicit integrator under `dt = "auto"`. Measured through w = 0.7 (Gamma = 1.08 and 0.8), against Verlet at
-/// 2.5e-4: the passage takes 0.05% less time and A_max is off by 3e-5, where N_v = 512 instead of 256 changes them by 2 to 8% and 1e-3.
-pub const IMPLICIT_DT: f64 = 0.02;
+/// Time step of the implicit integrator under `dt = "auto"`, 16 in a t0. Measured (docs/accuracy.md): passages through w = 0.7 take 0.2% less time than with
+/// the finest steps, A_max - 1 is off by 5e-4, <v_g> by 2e-6, the time to an arrest by 6e-4; N_v = 256 leaves 6%, 2%, 3e-4 and 17%.
+pub const IMPLICIT_DT: f64 = 0.0625;
 
 /// Largest way of a free droplet in one implicit step under `dt = "auto"`, in sigma: a third of what a step may move a vertex.
 const IMPLICIT_WAY: f64 = LARGEST_MOVE / 3.0;
@@ -36,7 +38,11 @@ pub fn implicit_dt_bound(v_t: f64) -> f64 {
     IMPLICIT_WAY / v_t
 }
 
-/// The implicit step that `dt = "auto"` stands for: 0.02, halved until a free droplet (V_t above 0.1) goes no further than it may.
+/// Tension below which droplets among obstacles fold back on themselves, so that self-contact acts most of the time: at Gamma = 0.15 the implicit integrator
+/// takes half of Verlet's time, at 0.1 four times as much.
+const FOLDS_BELOW: f64 = 0.15;
+
+/// The implicit step that `dt = "auto"` stands for: 1/16, halved until a free droplet (V_t above 0.1) goes no further than it may.
 pub fn implicit_dt(v_t: f64) -> f64 {
     let mut dt = IMPLICIT_DT;
     while dt * v_t > IMPLICIT_WAY {
@@ -67,8 +73,7 @@ pub fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
 pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit] = candidates(point, limit);
     let worth_it = match (&point.model, dt) {
-        // Self-contact gives no second derivatives, so Newton's method is at its worst where it acts all the time.
-        (Model::Deformable(ring), None) if vertices_pile_up(ring) && ring.wall == WallStiffness::Total => false,
+        (Model::Deformable(ring), None) if folds(ring) && ring.wall == WallStiffness::Total => false,
         (Model::Deformable(_), None) => WORTH_IT * cost_per_t0(&implicit) < cost_per_t0(&verlet),
         (Model::Soft(_), _) | (_, Some(_)) => false,
     };
@@ -78,4 +83,9 @@ pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &S
         IntegratorChoice::Verlet | IntegratorChoice::Auto => verlet,
     };
     Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
+}
+
+/// Whether self-contact is expected to act most of the time.
+pub fn folds(ring: &Deformable) -> bool {
+    ring.self_contact == SelfContact::Auto && (vertices_pile_up(ring) || ring.gamma < FOLDS_BELOW)
 }

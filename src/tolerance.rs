@@ -12,11 +12,15 @@
 //! They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
 //! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
 
-use crate::job::{Integrator, Model, Point, Scene, Stepping};
+use crate::job::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
 use crate::stability::{AUTO_SHARE, StabilityLimit};
+use crate::stepping;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
+
+/// Vertices of a ring by default.
+const DEFAULT_VERTICES: usize = 256;
 
 /// Kinds of scenes that settings were measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -65,7 +69,7 @@ pub struct Setting {
     pub n_vertices: usize,
     /// The integrator.
     pub integrator: Integrator,
-    /// Its step, in t0; `None` is the automatic one of Verlet.
+    /// Its step, in t0; `None` is the automatic one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dt: Option<f64>,
     /// The step that was taken when it was measured, in t0.
@@ -110,8 +114,8 @@ pub struct Choice<'t> {
     pub stepping: Stepping,
     /// The time it takes over that of the defaults, by the table; `None` if those were not measured.
     pub over_default: Option<f64>,
-    /// The error of the defaults, and of what.
-    pub default_error: Option<(f64, &'t str)>,
+    /// The defaults, if they were measured.
+    pub default: Option<&'t Setting>,
     /// The scenes it was measured in.
     pub scenes: &'t str,
     /// The kind of scene.
@@ -153,12 +157,12 @@ impl Table {
             let finest = measured.settings.iter().min_by(|a, b| a.error.total_cmp(&b.error));
             return Err(Refusal::TooFine(kind, finest));
         };
-        let default = measured.settings.iter().find(|setting| setting.is_default()).map(priced);
+        let default = measured.settings.iter().find(|setting| setting.is_default_at(point)).map(priced);
         Ok(Choice {
             setting,
             stepping,
             over_default: default.as_ref().map(|(default, ..)| cost / default),
-            default_error: default.map(|(_, setting, _)| (setting.error, setting.of.as_str())),
+            default: default.map(|(_, setting, _)| setting),
             scenes: &measured.scenes,
             kind,
         })
@@ -166,9 +170,11 @@ impl Table {
 }
 
 impl Setting {
-    /// Whether campaigns have it by default.
-    pub fn is_default(&self) -> bool {
-        (self.n_vertices, self.integrator, self.dt) == (256, Integrator::Verlet, None)
+    /// Whether campaigns have it by default at such a point.
+    pub fn is_default_at(&self, point: &Point) -> bool {
+        let point = with_vertices(point, DEFAULT_VERTICES);
+        let integrator = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point)).integrator;
+        (self.n_vertices, self.integrator, self.dt) == (DEFAULT_VERTICES, integrator, None)
     }
 }
 
@@ -178,7 +184,8 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
     let dt = match (setting.integrator, setting.dt) {
         (Integrator::Verlet, Some(dt)) => dt.min(AUTO_SHARE * limit.dt_max),
         (Integrator::Verlet, None) => limit.auto_dt(),
-        (Integrator::Implicit, dt) => dt.unwrap_or(f64::INFINITY).min(crate::stepping::implicit_dt_bound(point.v_t)),
+        (Integrator::Implicit, Some(dt)) => dt.min(stepping::implicit_dt_bound(point.v_t)),
+        (Integrator::Implicit, None) => stepping::implicit_dt(point.v_t),
     };
     Stepping { integrator: setting.integrator, dt }
 }
@@ -207,7 +214,7 @@ mod tests {
         let settings = vec![
             setting(64, None, 0.25, 0.05),
             setting(64, Some(2e-3), 0.13, 0.06),
-            setting(256, None, 1.0, 0.01),
+            Setting { integrator: Integrator::Implicit, step: 0.0625, ..setting(256, None, 1.0, 0.01) },
             setting(512, Some(5e-4), 4.0, 0.002),
         ];
         let kinds = BTreeMap::from([(Kind::Obstacles, Measured { scenes: "somewhere".to_owned(), settings })]);
@@ -222,12 +229,18 @@ mod tests {
     #[test]
     fn the_cheapest_setting_that_meets_the_tolerance_is_taken() {
         let table = table();
-        for (tolerance, n_vertices, dt) in [(0.1, 64, 2e-3), (0.055, 64, 1e-3), (0.02, 256, 1e-3), (0.002, 512, 5e-4)] {
+        for (tolerance, n_vertices, dt) in [(0.1, 64, 2e-3), (0.055, 64, 1e-3), (0.02, 256, 0.0625), (0.002, 512, 5e-4)]
+        {
             let choice = table.choose(tolerance, &point(1.09)).unwrap();
             assert_eq!((choice.setting.n_vertices, choice.stepping.dt), (n_vertices, dt), "{tolerance}");
         }
         let coarse = table.choose(0.055, &point(1.09)).unwrap();
-        assert_eq!((coarse.over_default, coarse.default_error), (Some(0.25), Some((0.01, "<v_g>"))));
+        assert_eq!((coarse.over_default, coarse.default.map(|setting| setting.error)), (Some(0.25), Some(0.01)));
+        assert_eq!(
+            table.choose(0.055, &point(0.1)).unwrap().default,
+            None,
+            "there it is Verlet's, which was not measured"
+        );
     }
 
     #[test]
@@ -253,9 +266,10 @@ mod tests {
     #[test]
     fn the_table_that_comes_with_the_program_reads_and_knows_the_defaults() {
         let table = super::table();
+        let point = point(1.09);
         for kind in Kind::ALL {
             let measured = &table.kinds[&kind];
-            assert!(measured.settings.iter().any(Setting::is_default), "{kind:?}");
+            assert!(measured.settings.iter().any(|setting| setting.is_default_at(&point)), "{kind:?}");
             let sound = |setting: &&Setting| setting.error > 0.0 && setting.ms_per_t0 > 0.0 && setting.step > 0.0;
             assert!(measured.settings.iter().all(|setting| sound(&setting)), "{kind:?}");
         }

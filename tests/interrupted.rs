@@ -24,6 +24,7 @@ limits.distance = "none"
 [[block]]
 name = "deformable"
 model = "DP"
+integrator = "verlet"
 n_vertices = 40
 runs_per_point = 2
 gamma = 0.3

@@ -161,10 +161,10 @@ fn the_snapshot_of_another_job_is_refused() {
     // Where nothing has to be blown up, a run that is told to stop has begun all the same.
     let on = |keys: &str| job(&format!("scene = \"disc\"\nsigma_ob = 0.3\n{keys}"), 0).0;
     let jobs = [
-        on("gamma = 1.0\nn_vertices = 64"),
-        on("gamma = 1.0\nn_vertices = 72"),
+        on("gamma = 1.0\nn_vertices = 64\nintegrator = \"verlet\""),
+        on("gamma = 1.0\nn_vertices = 72\nintegrator = \"verlet\""),
         on("gamma = 1.0\nn_vertices = 64\nintegrator = \"implicit\""),
-        on("gamma = 1.0\nn_vertices = 64\nself_contact = \"off\""),
+        on("gamma = 1.0\nn_vertices = 64\nintegrator = \"verlet\"\nself_contact = \"off\""),
         on("model = \"SP\"\ne_w = 1.0"),
     ];
     for (i, one) in jobs.iter().enumerate() {

@@ -13,7 +13,7 @@ const VISIBLE: f64 = 0.02;
 /// One setting of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
-    /// Vertices, integrator, and its step where that is not Verlet's automatic one.
+    /// Vertices, integrator, and its step where that is not the automatic one.
     pub setting: (usize, Integrator, Option<f64>),
     /// The step it took, in t0.
     pub step: f64,
@@ -93,7 +93,7 @@ impl Front {
 
     /// What campaigns take by default.
     pub fn default(&self) -> Option<&Spot> {
-        self.spots.iter().find(|spot| spot.setting == (256, Integrator::Verlet, None))
+        self.spots.iter().find(|spot| spot.setting == (256, Integrator::Implicit, None))
     }
 
     /// The fastest setting that is as accurate as the default, within 2%.

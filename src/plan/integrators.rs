@@ -6,7 +6,7 @@ use crate::campaign::Block;
 use crate::campaign::interval::cut_to_three_digits;
 use crate::job::{Integrator, IntegratorChoice, Model, Point};
 use crate::stability::StabilityLimit;
-use crate::stepping::{candidates, choose, cost_per_t0};
+use crate::stepping::{candidates, choose, cost_per_t0, folds};
 
 /// Points that take the same integrator for the same reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,6 +28,8 @@ enum Reason {
     NoOther,
     /// The campaign gives the time step.
     StepGiven,
+    /// The droplet folds back on itself, which is the worst case of the other.
+    Folds,
     /// It is the cheaper one; Verlet's step is bound by this term.
     Cheaper(&'static str),
 }
@@ -55,6 +57,10 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
                 (Reason::Asked, _) => "asked for".to_owned(),
                 (Reason::NoOther, _) => "the integrator of SP".to_owned(),
                 (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
+                (Reason::Folds, _) => {
+                    "droplets of so small a tension fold back on themselves, where implicit steps converge slowly"
+                        .to_owned()
+                }
                 (Reason::Cheaper(_), Integrator::Verlet) if low < 1.0 => {
                     format!("implicit would cost {times} times as much, and is taken where it halves the cost")
                 }
@@ -82,6 +88,7 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
         (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.
         _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
+        (Model::Deformable(ring), _) if point.stepping.integrator == Integrator::Verlet && folds(ring) => Reason::Folds,
         // Verlet is bound by one term or another, which does not matter where it is the cheaper.
         _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
         _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),

@@ -4,7 +4,7 @@ use super::effects::Ends;
 use super::ends;
 use super::integrators::Chosen;
 use crate::campaign::interval::{Short, cut_to_three_digits};
-use crate::job::{Integrator, Point};
+use crate::job::Point;
 use crate::tolerance::{Choice, table};
 use std::sync::Arc;
 
@@ -35,14 +35,15 @@ fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
     });
     let dt = short(ends(seen.iter().map(|seen| seen.0)));
     let times = ends(seen.iter().filter_map(|seen| seen.1));
-    let against = match choice.default_error {
-        _ if setting.is_default() => "; it is the default".to_owned(),
-        Some((error, of)) => {
-            let auto = if setting.integrator == Integrator::Implicit { "verlet with " } else { "" };
+    let against = match choice.default {
+        Some(default) if default == setting => "; it is the default".to_owned(),
+        Some(default) => {
+            let integrator = default.integrator.name();
             format!(
-                "; it takes {} of the time of the default ({auto}n_vertices = 256), which is off by {} ({of})",
+                "; it takes {} of the time of the default ({integrator}, n_vertices = 256), which is off by {} ({})",
                 short(times),
-                Short(error)
+                Short(default.error),
+                default.of
             )
         }
         None => String::new(),
