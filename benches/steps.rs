@@ -100,7 +100,7 @@ fn main() {
             }
             _ => {
                 let effects = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 1.0 / V_T, b0: 0.0, alpha: 1.0 };
-                let mut motion = SoftMotion::start(CENTRE, effects, DT, discs(true));
+                let mut motion = SoftMotion::start(CENTRE, effects, DT, discs(true), best_level());
                 let time = nanoseconds(|| motion.advance(steps));
                 (time / steps as f64, motion.observe().x - CENTRE[0])
             }

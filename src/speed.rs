@@ -41,7 +41,7 @@ pub fn measure(level: Level) -> Speed {
     let step_ns = fastest_ns(20, |steps| implicit.advance(steps).unwrap_or_default());
     let newton_steps_a_step = (implicit.work.iterations - before) as f64 / 60.0;
     let point = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
-    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs);
+    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs, level);
     Speed {
         deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,
         implicit_ns_per_vertex_newton: if still {

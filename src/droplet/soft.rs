@@ -9,8 +9,10 @@ use super::Observation;
 use crate::droplet::deformable::ORIGIN_STEP;
 use crate::integrator::in_pieces;
 use crate::job::MASS;
+use crate::on_level;
 use crate::scene::wall::{Shape, Walls};
 use crate::shape::{LoadRecord, ShapeRecord};
+use fearless_simd::{Level, prelude::*};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -55,6 +57,9 @@ pub struct SoftMotion<W: Walls> {
     dt: f64,
     walls: Arc<W>,
     near: Vec<W::Shape>,
+    /// What each of them remembers of the step before ([`Shape::push_point`]).
+    memories: Vec<f64>,
+    level: Level,
     /// How far from a skeleton the listed walls may be, so that the nearest is among them.
     far: f64,
     slack: f64,
@@ -74,24 +79,32 @@ pub struct SoftState {
 
 impl<W: Walls> SoftMotion<W> {
     /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero now.
-    pub fn start(position: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>) -> Self {
+    pub fn start(position: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
-        let mut motion = Self {
-            position: [position[0] - origin[0], position[1] - origin[1]],
+        let mut motion =
+            Self::at([position[0] - origin[0], position[1] - origin[1]], origin, effects, dt, walls, level);
+        motion.list_near();
+        let force = motion.force(motion.position);
+        motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
+        motion
+    }
+
+    /// A point that nothing is known of but its place.
+    fn at(position: [f64; 2], origin: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
+        Self {
+            position,
             velocity: [0.0; 2],
             origin,
             effects,
             dt,
             walls,
             near: Vec::new(),
+            memories: Vec::new(),
+            level,
             far: 0.0,
             slack: f64::NEG_INFINITY,
             listed_at: [f64::NAN; 2],
-        };
-        motion.list_near();
-        let force = motion.force(motion.position);
-        motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
-        motion
+        }
     }
 
     /// Its state between two steps.
@@ -101,13 +114,11 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// Goes on from `state`. The list is made where it was: with near-wall drag it decides how far is looked, and so the last bits.
-    pub fn resume(state: SoftState, effects: SoftEffects, dt: f64, walls: Arc<W>) -> Self {
+    pub fn resume(state: SoftState, effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
         let SoftState { position, velocity, origin, listed_at, slack } = state;
-        let (near, far) = (Vec::new(), 0.0);
-        let mut motion =
-            Self { position: listed_at, velocity, origin, effects, dt, walls, near, far, slack, listed_at };
+        let mut motion = Self::at(listed_at, origin, effects, dt, walls, level);
         motion.list_near();
-        (motion.position, motion.slack) = (position, slack);
+        (motion.position, motion.velocity, motion.slack) = (position, velocity, slack);
         motion
     }
 
@@ -134,22 +145,25 @@ impl<W: Walls> SoftMotion<W> {
             self.far *= 2.0;
         }
         self.near.sort_by_key(Shape::id);
+        self.forget();
         self.slack = SKIN;
         self.listed_at = self.position;
     }
 
-    /// Force at `[x, y]`, drag apart.
+    /// Has the walls remember nothing, so that what follows depends on the present alone.
+    fn forget(&mut self) {
+        self.memories.clear();
+        self.memories.resize(self.near.len(), 0.0);
+    }
+
+    /// Force at `position`, drag apart.
     #[inline(always)]
-    fn force(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let reach = self.reach();
+    fn force(&mut self, position: [f64; 2]) -> [f64; 2] {
+        // 1 - 2d/sigma = 2 overlap at sigma = 1.
+        let (reach, stiffness) = (self.reach(), 4.0 * self.effects.stiffness);
         let mut force = [self.effects.weight, NEXT_TO_NOTHING];
-        for shape in &self.near {
-            if let Some((overlap, normal)) = shape.touch_point(x, y, reach) {
-                // 1 - 2d/sigma = 2 overlap at sigma = 1.
-                let push = 4.0 * self.effects.stiffness * overlap;
-                force[0] += push * normal[0];
-                force[1] += push * normal[1];
-            }
+        for (shape, memory) in self.near.iter().zip(&mut self.memories) {
+            force = shape.push_point(position, reach, stiffness, memory, force);
         }
         force
     }
@@ -166,10 +180,11 @@ impl<W: Walls> SoftMotion<W> {
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
+        self.forget();
         if self.effects.b0 > 0.0 {
-            self.advance_with::<true>(steps);
+            on_level!(self.level, simd => self.advance_with::<_, true>(simd, steps));
         } else {
-            self.advance_with::<false>(steps);
+            on_level!(self.level, simd => self.advance_with::<_, false>(simd, steps));
         }
     }
 
@@ -178,7 +193,9 @@ impl<W: Walls> SoftMotion<W> {
         in_pieces(stop, steps, PIECE, |steps| self.advance(steps))
     }
 
-    fn advance_with<const NEAR_WALL: bool>(&mut self, steps: u64) {
+    /// For its fused multiply-adds compiled for the instruction set S.
+    #[inline(always)]
+    fn advance_with<S: Simd, const NEAR_WALL: bool>(&mut self, _: S, steps: u64) {
         let factors = |rate: f64, dt: f64| {
             let damping = 0.5 * dt * rate;
             ((1.0 - damping) / (1.0 + damping), dt / MASS / (1.0 + damping))
@@ -193,9 +210,9 @@ impl<W: Walls> SoftMotion<W> {
             let force = self.force(position);
             for k in 0..2 {
                 // x + dt u+, with what does not wait for the force made first.
-                let coasting = position[k] + dt * keep * velocity[k];
-                velocity[k] = velocity[k] * keep + force[k] * push;
-                position[k] = coasting + dt * push * force[k];
+                let coasting = (dt * keep).mul_add(velocity[k], position[k]);
+                velocity[k] = velocity[k].mul_add(keep, force[k] * push);
+                position[k] = (dt * push).mul_add(force[k], coasting);
             }
             slack -= dt * (velocity[0].abs() + velocity[1].abs());
             if slack < 0.0 {
@@ -236,7 +253,8 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// Everything that is recorded, at the present position.
-    pub fn observe(&self) -> Observation {
+    pub fn observe(&mut self) -> Observation {
+        self.forget();
         let force = self.force(self.position);
         let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };
         let damping = 1.0 + 0.5 * self.dt * rate;
@@ -278,7 +296,7 @@ mod tests {
     #[test]
     fn a_point_on_a_plate_sinks_by_pi_over_16_e_w() {
         for e_w in [0.5, 5.0, 100.0] {
-            let mut motion = SoftMotion::start([-0.6, 3.0], effects(e_w), 1e-3, Arc::new(Plate));
+            let mut motion = SoftMotion::start([-0.6, 3.0], effects(e_w), 1e-3, Arc::new(Plate), Level::new());
             motion.advance(400_000);
             let sunk = 0.5 + motion.observe().x;
             assert!((sunk / (std::f64::consts::PI / (16.0 * e_w)) - 1.0).abs() < 1e-9, "{e_w}: {sunk}");
@@ -289,12 +307,12 @@ mod tests {
     fn force_is_minus_the_gradient_of_the_energy() {
         let discs = Arc::new(ObstacleArray::from_centres(50.0, 0.15, &[25.0, 25.4], &[25.0, 25.9]));
         let at = |x: f64, y: f64| {
-            let mut motion = SoftMotion::start([x, y], effects(7.0), 1e-9, discs.clone());
+            let mut motion = SoftMotion::start([x, y], effects(7.0), 1e-9, discs.clone(), Level::new());
             motion.position = [x - motion.origin[0], y - motion.origin[1]];
             motion
         };
         let h = 1e-6;
-        let here = at(24.7, 25.5);
+        let mut here = at(24.7, 25.5);
         let force = here.force(here.position);
         let slope_x = (at(24.7 + h, 25.5).observe().potential - at(24.7 - h, 25.5).observe().potential) / (2.0 * h);
         let slope_y = (at(24.7, 25.5 + h).observe().potential - at(24.7, 25.5 - h).observe().potential) / (2.0 * h);
@@ -306,7 +324,7 @@ mod tests {
     fn near_a_wall_the_drag_is_that_of_the_distance() {
         let near_wall = SoftEffects { b0: 0.4, ..effects(5.0) };
         for gap in [0.05, 0.3, 2.0] {
-            let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate));
+            let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate), Level::new());
             let want = 33.0 * (1.0 + 0.4 * libm::pow(gap, -4.0 / 3.0));
             assert!((motion.drag_rate(motion.position) / want - 1.0).abs() < 1e-6, "{gap}");
         }

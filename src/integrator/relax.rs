@@ -197,7 +197,13 @@ fn not_blown_up(failure: Failure) -> Failure {
 ///
 /// # Errors
 /// `bad_input` if every place near the centre lies inside a wall.
-pub fn place_point<W: Walls>(e_w: f64, walls: &Arc<W>, place: Place, dt: f64) -> Result<[f64; 2], Failure> {
+pub fn place_point<W: Walls>(
+    e_w: f64,
+    walls: &Arc<W>,
+    place: Place,
+    dt: f64,
+    level: Level,
+) -> Result<[f64; 2], Failure> {
     let (at, clearance) = match place {
         Place::Free { at } => return Ok(at),
         Place::OnPlate => return Ok([-0.5, 0.0]),
@@ -210,7 +216,7 @@ pub fn place_point<W: Walls>(e_w: f64, walls: &Arc<W>, place: Place, dt: f64) ->
         return Err(no_room(clearance));
     }
     let effects = SoftEffects { stiffness: e_w, weight: 0.0, far_rate: RELAX_RATE, b0: 0.0, alpha: 1.0 };
-    let mut motion = SoftMotion::start(at, effects, dt, walls.clone());
+    let mut motion = SoftMotion::start(at, effects, dt, walls.clone(), level);
     for _ in 0..RELAX_TIME as u32 {
         motion.advance((1.0 / dt).ceil() as u64);
         if motion.observe().kinetic < AT_REST {

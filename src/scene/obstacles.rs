@@ -79,11 +79,30 @@ impl Shape for Disc {
         let squared = dx * dx + dy * dy;
         (squared < reach * reach).then(|| {
             let squared = squared.max(1e-300);
-            // Root and division side by side: a soft particle waits for nothing else.
-            let (distance, inverse_squared) = (squared.sqrt(), 1.0 / squared);
-            let inverse = distance * inverse_squared;
-            (reach - distance, [dx * inverse, dy * inverse])
+            let distance = squared.sqrt();
+            (reach - distance, [dx / distance, dy / distance])
         })
+    }
+
+    /// `k (R/d - 1) (x, y)`. A soft particle waits for nothing but the inverse distance, so it is made without root or division from the one before:
+    /// `y (1 + e/2 + 3e^2/8 + 5e^3/16)`, `e = 1 - d^2 y^2`, whose error `35e^4/128` is below 3e-17 for the e that are let pass.
+    #[inline(always)]
+    fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
+        let (dx, dy) = (at[0] - self.x, at[1] - self.y);
+        let squared = dx.mul_add(dx, dy * dy);
+        if squared >= reach * reach {
+            return force;
+        }
+        let before = *memory;
+        let e = (-squared).mul_add(before * before, 1.0);
+        let inverse = if e.abs() < 1e-4 {
+            (before * e).mul_add(e.mul_add(e.mul_add(0.3125, 0.375), 0.5), before)
+        } else {
+            1.0 / squared.max(1e-300).sqrt()
+        };
+        *memory = inverse;
+        let push = (stiffness * reach).mul_add(inverse, -stiffness);
+        [push.mul_add(dx, force[0]), push.mul_add(dy, force[1])]
     }
 
     #[inline(always)]

@@ -64,6 +64,20 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
+    /// `force` and the push on a point, `stiffness` times how deep it lies within `reach`, along the normal. `memory` is the shape's own from call to call, for
+    /// points that hardly moved; zero if there was none.
+    #[inline(always)]
+    fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
+        let _ = memory;
+        match self.touch_point(at[0], at[1], reach) {
+            None => force,
+            Some((depth, normal)) => {
+                let push = stiffness * depth;
+                [push.mul_add(normal[0], force[0]), push.mul_add(normal[1], force[1])]
+            }
+        }
+    }
+
     /// How fast the normal turns at a point outside the skeleton (local coordinates): the inverse distance where the nearest
     /// of the skeleton is a corner, zero where it is a face.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;

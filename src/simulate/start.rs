@@ -108,7 +108,7 @@ impl<W: Walls> Start<'_, W> {
     fn droplet(self) -> Result<Box<dyn Motion>, NotStarted> {
         match &self.point.model {
             Model::Soft(soft) => {
-                let dt = self.point.stepping.dt;
+                let (dt, level) = (self.point.stepping.dt, self.begin.level);
                 let effects = SoftEffects {
                     stiffness: soft.e_w,
                     weight: MASS,
@@ -117,11 +117,11 @@ impl<W: Walls> Start<'_, W> {
                     alpha: self.alpha(),
                 };
                 Ok(Box::new(match self.begin.from {
-                    Some(MotionState::Soft(state)) => SoftMotion::resume(*state, effects, dt, self.walls),
+                    Some(MotionState::Soft(state)) => SoftMotion::resume(*state, effects, dt, self.walls, level),
                     Some(_) => return Err(WrongState.into()),
                     None => {
-                        let position = relax::place_point(soft.e_w, &self.walls, self.place, dt)?;
-                        SoftMotion::start(position, effects, dt, self.walls)
+                        let position = relax::place_point(soft.e_w, &self.walls, self.place, dt, level)?;
+                        SoftMotion::start(position, effects, dt, self.walls, level)
                     }
                 }))
             }
