@@ -19,9 +19,6 @@ const ARRAY_STREAM: u64 = 1;
 /// Of so many darts into the whole box fewer than one hits when squares take over.
 const MISSES: u64 = 10;
 
-/// Where no disc is.
-const NOWHERE: [f64; 2] = [f64::NAN; 2];
-
 /// The cells around one, the nearest first: most darts miss for a disc next to them.
 const AROUND: [[i64; 2]; 25] = [
     [0, 0],
@@ -60,8 +57,10 @@ pub(super) struct Packing {
     pub(super) x: Vec<f64>,
     /// Centres, y.
     pub(super) y: Vec<f64>,
-    /// The disc in each cell, or nowhere; a cell is too small for two.
+    /// The disc in each cell that has one; a cell is too small for two.
     grid: Vec<[f64; 2]>,
+    /// A bit for each cell that holds a disc: small enough for a near cache, unlike the grid.
+    taken: Vec<u64>,
     cells: usize,
     random: ChaCha8Rng,
 }
@@ -99,8 +98,8 @@ impl Packing {
         key[..8].copy_from_slice(&seed.to_le_bytes());
         let mut random = ChaCha8Rng::from_seed(key);
         random.set_stream(ARRAY_STREAM);
-        let grid = vec![NOWHERE; cells * cells];
-        Self { box_size: field.box_size, spacing, x: Vec::new(), y: Vec::new(), grid, cells, random }
+        let (grid, taken) = (vec![[0.0; 2]; cells * cells], vec![0; (cells * cells).div_ceil(64)]);
+        Self { box_size: field.box_size, spacing, x: Vec::new(), y: Vec::new(), grid, taken, cells, random }
     }
 
     /// Uniform in [0, 1).
@@ -141,17 +140,28 @@ impl Packing {
         })
     }
 
+    /// The disc in a cell.
+    #[inline(always)]
+    fn disc(&self, cell: usize) -> Option<[f64; 2]> {
+        (self.taken[cell / 64] >> (cell % 64) & 1 == 1).then(|| self.grid[cell])
+    }
+
+    fn take(&mut self, cell: usize, at: [f64; 2]) {
+        self.taken[cell / 64] |= 1 << (cell % 64);
+        self.grid[cell] = at;
+    }
+
     /// Whether a disc at this place would touch none.
     fn is_free(&self, at: [f64; 2]) -> bool {
         let square = self.spacing * self.spacing;
-        self.all_around(at, |cell, shift| !(squared(self.grid[cell], shift, at) <= square))
+        self.all_around(at, |cell, shift| self.disc(cell).is_none_or(|disc| squared(disc, shift, at) > square))
     }
 
     fn add(&mut self, at: [f64; 2]) {
         self.x.push(at[0]);
         self.y.push(at[1]);
         let slot = self.cell(at[1]) * self.cells + self.cell(at[0]);
-        self.grid[slot] = at;
+        self.take(slot, at);
     }
 
     /// A place in the square of side `side` with this lower corner; `None` if it lies outside the box.
@@ -173,6 +183,9 @@ impl Packing {
                 hits += 1;
             }
             darts += 1;
+        }
+        if self.x.len() >= wanted {
+            return;
         }
         let mut side = self.box_size / self.cells as f64;
         let corners = |row: usize| (0..self.cells).map(move |column| [column as f64 * side, row as f64 * side]);
@@ -254,14 +267,16 @@ impl Packing {
             }
         }
         round.darts[i].fate = Fate::Disc;
-        self.grid[cell as usize] = at;
+        self.take(cell as usize, at);
     }
 
     /// Whether no one disc forbids the whole square to further centres.
     fn is_open(&self, corner: [f64; 2], side: f64) -> bool {
         let (half, square) = (0.5 * side, self.spacing * self.spacing);
         let middle = corner.map(|c| c + half);
-        self.all_around(middle, |cell, shift| !(farthest(self.grid[cell], shift, middle, half) <= square))
+        self.all_around(middle, |cell, shift| {
+            self.disc(cell).is_none_or(|disc| farthest(disc, shift, middle, half) > square)
+        })
     }
 
     /// The quarters, of side `side`, of a square that are not covered: those no one disc forbids to further centres.
@@ -270,10 +285,9 @@ impl Packing {
         let corners = [[x, y], [x + side, y], [x, y + side], [x + side, y + side]];
         let mut open = [true; 4];
         self.all_around([x + side, y + side], |cell, shift| {
-            let disc = self.grid[cell];
-            if !disc[0].is_nan() {
+            if let Some(disc) = self.disc(cell) {
                 for (open, corner) in open.iter_mut().zip(corners) {
-                    *open &= !(farthest(disc, shift, corner.map(|c| c + half), half) <= square);
+                    *open &= farthest(disc, shift, corner.map(|c| c + half), half) > square;
                 }
             }
             open.contains(&true)
@@ -282,7 +296,7 @@ impl Packing {
     }
 }
 
-/// Squared distance of two places, the first moved by `shift`; no number if it is nowhere.
+/// Squared distance of two places, the first moved by `shift`.
 #[inline(always)]
 fn squared(from: [f64; 2], shift: [f64; 2], to: [f64; 2]) -> f64 {
     let [dx, dy] = [0, 1].map(|k| from[k] + shift[k] - to[k]);
