@@ -197,8 +197,8 @@ pub enum JobState {
 }
 
 impl Point {
-    /// A droplet in a scene, all else as a campaign has it by default: V_t = 0.03 without near-wall drag, Verlet steps of 1e-3, to
-    /// a clog or T = 2e5, a sample every 10 t0.
+    /// A droplet in a scene, all else as a campaign has it by default: V_t = 0.03 without near-wall drag, to a clog or T = 2e5, a sample
+    /// every 10 t0. Its steps are Verlet's, of 1e-3; a campaign chooses them ([`crate::stepping`]).
     pub fn new(model: Model, scene: Scene) -> Self {
         Self {
             model,

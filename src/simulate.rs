@@ -203,12 +203,15 @@ struct Timetable {
 impl Timetable {
     fn of(point: &Point) -> Self {
         let dt = point.stepping.dt;
-        let checks_per_sample = (point.sample_every / CHECK_EVERY).ceil().max(1.0);
-        let check = (point.sample_every / checks_per_sample / dt).round().max(1.0) as u64;
+        // As few checks a sample as hold the limit, or up to twice as many if they then fall on whole steps.
+        let (fewest, steps) = ((point.sample_every / CHECK_EVERY).ceil().max(1.0) as u64, point.sample_every / dt);
+        let whole = |checks: &u64| ((steps / *checks as f64).round() * *checks as f64 - steps).abs() < 1e-6 * steps;
+        let checks_per_sample = (fewest..=2 * fewest).find(whole).unwrap_or(fewest);
+        let check = (steps / checks_per_sample as f64).round().max(1.0) as u64;
         let end = (point.limits.t_max / dt - 1e-6).ceil().max(1.0) as u64;
         let in_checks = |time: f64| (time / (check as f64 * dt)).round().max(1.0) as u64;
         let checks_per_shape = point.shapes_every.map(in_checks);
-        Self { check, checks_per_sample: checks_per_sample as u64, checks_per_shape, end }
+        Self { check, checks_per_sample, checks_per_shape, end }
     }
 }
 
@@ -351,6 +354,8 @@ mod tests {
         assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, checks_per_shape: None, end: 25_000 });
         let shapes = Timetable::of(&Point { shapes_every: Some(3.0), ..point(0.25, 1e-3) });
         assert_eq!(shapes, Timetable { check: 250, checks_per_sample: 1, checks_per_shape: Some(12), end: 25_000 });
+        let coarse = Timetable::of(&point(2.5, 0.0625));
+        assert_eq!((coarse.check, coarse.checks_per_sample), (10, 4), "forty steps, a quarter of them at a time");
         let odd = Timetable::of(&point(2.5, 3e-4));
         assert!((odd.check as f64 * odd.checks_per_sample as f64 * 3e-4 - 2.5).abs() < 3e-3);
     }

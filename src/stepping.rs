@@ -2,8 +2,8 @@
 //!
 //! The cost of a unit of time, per vertex, is `cost of a step/dt`. Verlet's steps are cheap, but `dt` is bound by the stiffest force
 //! ([`crate::stability`]); an implicit step costs a few Newton steps, each like a dozen of Verlet's, and its `dt` is a
-//! matter of accuracy alone. At 1/16 t0 its error is a tenth of what 256 vertices leave, or less, and it is the cheaper one wherever Verlet's step is
-//! below 2e-3: with a ring of 256 vertices, always. The costs are constants, not measured anew, because the choice is part of a job's identity.
+//! matter of accuracy alone. At 1/16 t0 its error is a tenth of what 256 vertices leave, or less, and up to V_t = 0.033 it costs less than half wherever Verlet's step is
+//! below 1.2e-3: with a ring of 256 vertices, always. The costs are constants, not measured anew, because the choice is part of a job's identity.
 //!
 //! Droplets that fold back on themselves stay with Verlet: self-contact gives Newton's method no second derivatives, and is its worst case.
 //!
@@ -42,10 +42,11 @@ pub fn implicit_dt_bound(v_t: f64) -> f64 {
 /// takes half of Verlet's time, at 0.1 four times as much.
 const FOLDS_BELOW: f64 = 0.15;
 
-/// The implicit step that `dt = "auto"` stands for: 1/16, halved until a free droplet (V_t above 0.1) goes no further than it may.
-pub fn implicit_dt(v_t: f64) -> f64 {
+/// The implicit step that `dt = "auto"` stands for: 1/16, halved until a free droplet (V_t above 0.033) goes no further than it may, and until it fits between two
+/// samples.
+pub fn implicit_dt(point: &Point) -> f64 {
     let mut dt = IMPLICIT_DT;
-    while dt * v_t > IMPLICIT_WAY {
+    while dt * point.v_t > IMPLICIT_WAY || dt > point.sample_every {
         dt *= 0.5;
     }
     dt
@@ -64,7 +65,7 @@ pub fn cost_per_t0(stepping: &Stepping) -> f64 {
 pub fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
     [
         Stepping { integrator: Integrator::Verlet, dt: limit.auto_dt() },
-        Stepping { integrator: Integrator::Implicit, dt: implicit_dt(point.v_t) },
+        Stepping { integrator: Integrator::Implicit, dt: implicit_dt(point) },
     ]
 }
 
@@ -73,7 +74,7 @@ pub fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
 pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit] = candidates(point, limit);
     let worth_it = match (&point.model, dt) {
-        (Model::Deformable(ring), None) if folds(ring) && ring.wall == WallStiffness::Total => false,
+        (Model::Deformable(ring), None) if folds(ring) => false,
         (Model::Deformable(_), None) => WORTH_IT * cost_per_t0(&implicit) < cost_per_t0(&verlet),
         (Model::Soft(_), _) | (_, Some(_)) => false,
     };
@@ -85,7 +86,8 @@ pub fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &S
     Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
 }
 
-/// Whether self-contact is expected to act most of the time.
+/// Whether self-contact is expected to act most of the time, and Verlet can bear the wall.
 pub fn folds(ring: &Deformable) -> bool {
-    ring.self_contact == SelfContact::Auto && (vertices_pile_up(ring) || ring.gamma < FOLDS_BELOW)
+    let acts = ring.self_contact == SelfContact::Auto && ring.wall == WallStiffness::Total;
+    acts && (vertices_pile_up(ring) || ring.gamma < FOLDS_BELOW)
 }

@@ -1,10 +1,11 @@
 //! Profiles: speed and shape of a simulated droplet against the position of its centroid.
 
 use super::frames::Trial;
-use crate::job::{Job, Limits, Model, Point, Scene};
+use crate::job::{IntegratorChoice, Job, Limits, Model, Point, Scene};
 use crate::scene::library::ArrayLibrary;
 use crate::simulate::{Context, simulate};
 use crate::stability::StabilityLimit;
+use crate::stepping;
 use crate::trajectory::{Failure, Samples};
 use crate::vector::best_level;
 use std::collections::HashMap;
@@ -123,7 +124,8 @@ impl<'w> Laboratory<'w> {
         if let Model::Deformable(ring) = &mut point.model {
             ring.gamma = parameters.gamma;
         }
-        point.stepping.dt = StabilityLimit::of(&point).auto_dt();
+        let limit = StabilityLimit::of(&point);
+        point.stepping = stepping::choose(IntegratorChoice::Auto, None, &point, &limit);
         point
     }
 

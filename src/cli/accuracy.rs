@@ -1,11 +1,10 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
-use super::deadline::parse_time;
-use super::run::{Effort, threads};
+use super::deadline::Deadline;
+use super::run::{Effort, shown, threads};
 use super::{Exit, Outcome, print, store_of};
 use meniscus::accuracy::{self, Accuracy, parts};
 use meniscus::campaign::Campaign;
-use meniscus::executor::schedule::StopReason;
 use meniscus::fits::RunRecord;
 use meniscus::job::{JobId, PointId};
 use meniscus::report::accuracy::{Origin, page, text};
@@ -45,9 +44,9 @@ pub struct Arguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Stop after this time: 90s, 45m, 8h, 2d
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    deadline: Option<Duration>,
+    /// Stop after this time (90s, 45m, 8h, 2d), or when the clock next shows it (07:30)
+    #[arg(long, value_name = "TIME", value_parser = Deadline::parse)]
+    deadline: Option<Deadline>,
     /// Write everything as a Markdown page, its plot as SVG and PNG beside it
     #[arg(long, value_name = "FILE.md")]
     markdown: Option<PathBuf>,
@@ -74,30 +73,26 @@ impl Arguments {
         let dir = store_of(self.store.as_deref(), &campaign.name);
         let effort = Effort {
             threads: threads(self.threads),
-            deadline: self.deadline,
+            deadline: self.deadline.map(Deadline::time_left),
             checkpoint_every: Duration::from_secs(60),
             retry: None,
         };
         let stopped = effort.execute(&campaign, &dir, quiet)?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
         print(&text(&accuracy))?;
-        match stopped.map(|early| early.reason) {
+        match stopped {
             None => {
                 self.write(&campaign, &dir, &accuracy)?;
                 Ok(Exit::Done)
             }
-            Some(StopReason::Interrupted) => Ok(Exit::Interrupted),
-            Some(StopReason::Deadline) => {
-                if !quiet {
-                    eprintln!("the deadline came, and the tables are of what is there; the same command goes on");
-                }
-                Ok(Exit::Done)
-            }
-            Some(StopReason::Breaker { class, .. }) => {
-                Err(format!("most jobs failed alike ({}); see them in {}", class.name(), dir.display()).into())
-            }
-            Some(StopReason::WriterStopped) => Err("the store took no more outcomes".into()),
+            Some(early) => early.tell(&dir, quiet, &self.again(&dir), None),
         }
+    }
+
+    /// The command that goes on.
+    fn again(&self, dir: &Path) -> String {
+        let campaign = self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", shown(path)));
+        format!("meniscus accuracy{}{campaign} --store {}", if self.full { " --full" } else { "" }, shown(dir))
     }
 
     /// Writes the page, the plots and the table that were asked for.

@@ -67,50 +67,12 @@ impl Arguments {
             retry: self.retry,
         };
         match effort.execute(&campaign, &dir, quiet)? {
-            Some(early) => self.stopped(&dir, quiet, early),
+            Some(early) => {
+                let again = self.again();
+                early.tell(&dir, quiet, &again, Some(&format!("{again} --retry")))
+            }
             None => self.finish(&campaign, &dir, quiet),
         }
-    }
-
-    /// Says why not all was done, what is saved, and how to go on. No tables: somebody waits for the end.
-    fn stopped(&self, dir: &Path, quiet: bool, early: EarlyEnd) -> Outcome {
-        let EarlyEnd { reason, progress, paused } = early;
-        let again = self.again();
-        let ended = progress.ended;
-        let mut kept = format!(
-            "{ended} trajectories of this run are finished and in the store, {} under way are saved",
-            paused.saved
-        );
-        if paused.unsaved > 0 {
-            let _ = write!(kept, ", {} had just begun or could not be saved", paused.unsaved);
-        }
-        let say = |why: &str| {
-            if !quiet {
-                eprintln!(
-                    "{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {}",
-                    shown(dir)
-                );
-            }
-        };
-        match reason {
-            StopReason::Interrupted => say("interrupted"),
-            StopReason::Deadline => {
-                say("the deadline came");
-                return Ok(Exit::Done);
-            }
-            StopReason::Breaker { class, failures } => {
-                let (class, dir) = (class.name(), shown(dir));
-                return Err(format!(
-                    "stopped, for {failures} jobs, most of them, failed alike ({class}); {kept}.\n  \
-                     look: meniscus query {dir} \"select job_id, error, dump from failures limit 5\"\n  \
-                     see one fail: meniscus replay {dir}/DUMP\n  \
-                     try them again: {again} --retry {class}"
-                )
-                .into());
-            }
-            StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
-        }
-        Ok(Exit::Interrupted)
     }
 
     /// The command that goes on.
@@ -174,6 +136,48 @@ pub struct EarlyEnd {
     pub paused: Paused,
 }
 
+impl EarlyEnd {
+    /// Says why not all was done, what is saved, and with which commands to go on, and to try failures again if there is one. No tables: somebody waits for the end.
+    pub fn tell(self, dir: &Path, quiet: bool, again: &str, retry: Option<&str>) -> Outcome {
+        let Self { reason, progress, paused } = self;
+        let ended = progress.ended;
+        let mut kept = format!(
+            "{ended} trajectories of this run are finished and in the store, {} under way are saved",
+            paused.saved
+        );
+        if paused.unsaved > 0 {
+            let _ = write!(kept, ", {} had just begun or could not be saved", paused.unsaved);
+        }
+        let say = |why: &str| {
+            if !quiet {
+                eprintln!(
+                    "{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {}",
+                    shown(dir)
+                );
+            }
+        };
+        match reason {
+            StopReason::Interrupted => say("interrupted"),
+            StopReason::Deadline => {
+                say("the deadline came");
+                return Ok(Exit::Done);
+            }
+            StopReason::Breaker { class, failures } => {
+                let (class, dir) = (class.name(), shown(dir));
+                let retry = retry.map_or_else(String::new, |retry| format!("\n  try them again: {retry} {class}"));
+                return Err(format!(
+                    "stopped, for {failures} jobs, most of them, failed alike ({class}); {kept}.\n  \
+                     look: meniscus query {dir} \"select job_id, error, dump from failures limit 5\"\n  \
+                     see one fail: meniscus replay {dir}/DUMP{retry}"
+                )
+                .into());
+            }
+            StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
+        }
+        Ok(Exit::Interrupted)
+    }
+}
+
 impl Effort {
     /// Runs what the store in `dir` does not hold yet of a campaign, round after round; tells if not all was run.
     pub fn execute(&self, campaign: &Campaign, dir: &Path, quiet: bool) -> Result<Option<EarlyEnd>, Box<dyn Error>> {
@@ -184,8 +188,8 @@ impl Effort {
                 return Ok(Some(early));
             }
             let next = this_round(campaign, dir)?;
-            // Fewer, if failed jobs that were run again made an earlier round enough.
-            let more = next.n_jobs().saturating_sub(round.n_jobs());
+            // Not a difference of rounds: where failed jobs were run again, fewer runs may be enough for one point and too few for another.
+            let more = plan_now(&next, dir)?.jobs.len();
             if more == 0 {
                 return Ok(None);
             }
@@ -285,7 +289,7 @@ fn register(store: &mut Store, campaign: &Campaign) -> Result<i64, Box<dyn Error
 }
 
 /// A path as one types it.
-fn shown(path: &Path) -> String {
+pub(super) fn shown(path: &Path) -> String {
     let text = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "-_./+,:@%=".contains(c);
     if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', r"'\''")) }

@@ -18,6 +18,9 @@ use std::sync::Arc;
 /// The exponent of the paper.
 pub const PAPER_ALPHA: f64 = 4.0 / 3.0;
 
+/// A wall is looked for up to here, in sigma: beyond, the drag is less than 1e-5 b0 above that of free flight.
+const FARTHEST: f64 = 1e4;
+
 /// How far a vertex may move before the lists of nearest walls are made again, in sigma.
 const SKIN: f64 = 0.05;
 
@@ -96,7 +99,7 @@ impl<W: Walls> NearestWalls<W> {
         let mut margin = 1.0;
         let mut near: Vec<W::Shape> = Vec::new();
         // Each block's nearest wall must be nearer than the margin for the list to hold it for certain.
-        while margin < 200.0 {
+        while margin < FARTHEST {
             near.clear();
             let far = margin + self.walls.surface() + 2.0 * SKIN;
             self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));

@@ -16,7 +16,7 @@ pub(super) fn of(points: &[Arc<Point>], tolerance: f64) -> Vec<Chosen> {
     let mut groups: Vec<(Choice<'static>, Vec<Seen>)> = Vec::new();
     for choice in points.iter().filter_map(|point| table().choose(tolerance, point).ok()) {
         let seen = (choice.stepping.dt, choice.over_default);
-        match groups.iter_mut().find(|group| group.0.setting == choice.setting) {
+        match groups.iter_mut().find(|group| (group.0.setting, group.0.default) == (choice.setting, choice.default)) {
             Some(group) => group.1.push(seen),
             None => groups.push((choice, vec![seen])),
         }

@@ -93,7 +93,11 @@ impl Packing {
     pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
         let spacing = field.sigma_ob + field.w_ob;
         // The diagonal of a cell is shorter than the spacing.
-        let cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
+        let mut cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
+        // What is in conflict lies no more than two cells away, in a box of few cells too.
+        if 2.0 * field.box_size / (cells as f64) < spacing {
+            cells -= 1;
+        }
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         let mut random = ChaCha8Rng::from_seed(key);

@@ -1,9 +1,10 @@
 //! Functions of numbers that SQLite leaves out, for queries: `sqrt`, `exp`, `ln`, `log10`, `sin`, `cos`, `floor`, `ceil` and `power(x, y)`.
 //!
-//! As in SQLite's own, NULL gives NULL, and so does what has no value (`sqrt(-1)`). An example: the scatter of speeds is
+//! As in SQLite's own, NULL gives NULL, and so does what has no value (`sqrt(-1)`, `ln(0)`). An example: the scatter of speeds is
 //! `sqrt(avg(v_g_mean * v_g_mean) - avg(v_g_mean) * avg(v_g_mean))`.
 
 use rusqlite::functions::{Context, FunctionFlags};
+use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Result};
 
 /// A name and what it stands for.
@@ -35,10 +36,14 @@ pub(super) fn register(conn: &Connection) -> Result<()> {
 }
 
 fn is_value(value: &f64) -> bool {
-    !value.is_nan()
+    value.is_finite()
 }
 
 /// An argument; whole numbers are numbers too.
 fn number(context: &Context<'_>, at: usize) -> Result<Option<f64>> {
-    context.get(at)
+    Ok(match context.get_raw(at) {
+        ValueRef::Integer(whole) => Some(whole as f64),
+        ValueRef::Real(number) => Some(number),
+        ValueRef::Null | ValueRef::Text(_) | ValueRef::Blob(_) => None,
+    })
 }

@@ -93,7 +93,11 @@ fn columns_of(conn: &Connection, sql: &str) -> String {
         let names: Vec<&str> = statement.column_names().collect();
         Some(format!("\n  {table} has: {}", names.join(", ")))
     };
-    tables(conn).into_iter().filter(|table| words.contains(&table.as_str())).filter_map(line).collect()
+    tables(conn)
+        .into_iter()
+        .filter(|table| words.iter().any(|word| word.eq_ignore_ascii_case(table)))
+        .filter_map(line)
+        .collect()
 }
 
 /// What a query can read, the contract first.

@@ -25,6 +25,7 @@ distance = 6.0
 name = "deformable"
 model = "DP"
 n_vertices = 44
+integrator = "verlet"
 grid = { gamma = [0.3, 1.0] }
 
 [[block]]
