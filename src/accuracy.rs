@@ -12,9 +12,10 @@ pub mod study;
 
 use crate::campaign::Campaign;
 use crate::fits::RunRecord;
-use crate::job::{Integrator, Point, PointId};
+use crate::job::{Point, PointId};
 use crate::stability::StabilityLimit;
 use crate::stepping::candidates;
+use crate::tolerance::Knobs;
 use front::Front;
 use ladder::{Knob, Ladder};
 use std::collections::HashMap;
@@ -189,7 +190,7 @@ impl Measured {
     }
 
     /// N_v, integrator, and a step that is not its automatic one; `None` for a soft particle.
-    pub fn setting(&self) -> Option<(usize, Integrator, Option<f64>)> {
+    pub fn setting(&self) -> Option<Knobs> {
         let crate::job::Model::Deformable(ring) = &self.point.model else { return None };
         let stepping = &self.point.stepping;
         let automatic = candidates(&self.point, &StabilityLimit::of(&self.point)).contains(stepping);

@@ -25,3 +25,10 @@ pub struct Observation {
     /// Number of obstacles that carry load.
     pub contacts: u32,
 }
+
+impl Observation {
+    /// Total energy.
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.potential
+    }
+}

@@ -223,7 +223,7 @@ fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
     if point.shapes_every.is_some() {
         recorder.keep(shape.clone());
     }
-    let lowest_energy = begin.kinetic + begin.potential;
+    let lowest_energy = begin.energy();
     Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, shape, recorder }
 }
 
@@ -272,7 +272,7 @@ fn drive(
         let t = step as f64 * dt;
         let seen = motion.observe();
         let fail = |class, reason, shape| Failure { class, reason, step, shape: Some(Box::new(shape)) };
-        let energy = seen.kinetic + seen.potential;
+        let energy = seen.energy();
         let rise = energy - course.lowest_energy;
         if !(rise < ENERGY_RISE_LIMIT) {
             let reason =

@@ -22,6 +22,9 @@ use std::sync::OnceLock;
 /// Vertices of a ring by default.
 const DEFAULT_VERTICES: usize = 256;
 
+/// N_v, the integrator, and its step where that is not the automatic one.
+pub type Knobs = (usize, Integrator, Option<f64>);
+
 /// Kinds of scenes that settings were measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -160,7 +163,8 @@ impl Table {
             let finest = measured.settings.iter().min_by(|a, b| a.error.total_cmp(&b.error));
             return Err(Refusal::TooFine(kind, finest));
         };
-        let default = measured.settings.iter().find(|setting| setting.is_default_at(point)).map(priced);
+        let default = default_at(point);
+        let default = measured.settings.iter().find(|setting| setting.knobs() == default).map(priced);
         Ok(Choice {
             setting,
             stepping,
@@ -173,12 +177,17 @@ impl Table {
 }
 
 impl Setting {
-    /// Whether campaigns have it by default at such a point.
-    pub fn is_default_at(&self, point: &Point) -> bool {
-        let point = with_vertices(point, DEFAULT_VERTICES);
-        let integrator = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point)).integrator;
-        (self.n_vertices, self.integrator, self.dt) == (DEFAULT_VERTICES, integrator, None)
+    /// What is chosen.
+    pub fn knobs(&self) -> Knobs {
+        (self.n_vertices, self.integrator, self.dt)
     }
+}
+
+/// What campaigns have by default at such a point.
+pub fn default_at(point: &Point) -> Knobs {
+    let point = with_vertices(point, DEFAULT_VERTICES);
+    let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
+    (DEFAULT_VERTICES, chosen.integrator, None)
 }
 
 /// The step of a setting at a point, at most 0.8 of Verlet's limit there.
@@ -272,7 +281,7 @@ mod tests {
         let point = point(1.09);
         for kind in Kind::ALL {
             let measured = &table.kinds[&kind];
-            assert!(measured.settings.iter().any(|setting| setting.is_default_at(&point)), "{kind:?}");
+            assert!(measured.settings.iter().any(|setting| setting.knobs() == default_at(&point)), "{kind:?}");
             let sound = |setting: &&Setting| setting.error > 0.0 && setting.ms_per_t0 > 0.0 && setting.step > 0.0;
             assert!(measured.settings.iter().all(|setting| sound(&setting)), "{kind:?}");
         }

@@ -289,7 +289,7 @@ fn with_drag_the_total_energy_never_rises() {
         for _ in 0..1000 {
             motion.advance(1).unwrap();
             let seen = motion.observe();
-            let energy = seen.kinetic + seen.potential;
+            let energy = seen.energy();
             assert!(energy <= lowest + 1e-12, "rose by {:.2e}", energy - lowest);
             lowest = lowest.min(energy);
         }

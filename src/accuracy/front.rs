@@ -3,8 +3,8 @@
 use super::ladder::{Column, Ladder};
 use super::study::{Headline, Study};
 use super::{Accuracy, Deviation, Measured};
-use crate::job::{Integrator, Model, Point, Scene};
-use crate::tolerance::{Kind, Measured as MeasuredKind, Setting, Table};
+use crate::job::{Model, Point, Scene};
+use crate::tolerance::{Kind, Knobs, Measured as MeasuredKind, Setting, Table, default_at};
 use std::collections::BTreeMap;
 
 /// By how much a slower setting must be more accurate to stand on the front.
@@ -14,7 +14,7 @@ const VISIBLE: f64 = 0.02;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
     /// Vertices, integrator, and its step where that is not the automatic one.
-    pub setting: (usize, Integrator, Option<f64>),
+    pub setting: Knobs,
     /// The step it took, in t0.
     pub step: f64,
     /// Milliseconds per t0, one thread.
@@ -38,6 +38,8 @@ pub struct Front {
     pub conditions: String,
     /// The settings.
     pub spots: Vec<Spot>,
+    /// What campaigns have by default in such a scene.
+    default: Knobs,
 }
 
 impl Front {
@@ -87,13 +89,14 @@ impl Front {
             spot.on_front = error < (1.0 - VISIBLE) * best;
             best = best.min(error);
         }
-        let front = Self { study: finest.study, conditions: conditions(&reference.point), spots };
+        let (conditions, default) = (conditions(&reference.point), default_at(&reference.point));
+        let front = Self { study: finest.study, conditions, spots, default };
         (!front.spots.is_empty()).then_some(front)
     }
 
     /// What campaigns take by default.
     pub fn default(&self) -> Option<&Spot> {
-        self.spots.iter().find(|spot| spot.setting == (256, Integrator::Implicit, None))
+        self.spots.iter().find(|spot| spot.setting == self.default)
     }
 
     /// The fastest setting that is as accurate as the default, within 2%.

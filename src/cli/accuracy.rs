@@ -91,8 +91,13 @@ impl Arguments {
 
     /// The command that goes on.
     fn again(&self, dir: &Path) -> String {
+        format!("{} --store {}", self.command(), shown(dir))
+    }
+
+    /// The command, apart from where things are kept.
+    fn command(&self) -> String {
         let campaign = self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", shown(path)));
-        format!("meniscus accuracy{}{campaign} --store {}", if self.full { " --full" } else { "" }, shown(dir))
+        format!("meniscus accuracy{}{campaign}", if self.full { " --full" } else { "" })
     }
 
     /// Writes the page, the plots and the table that were asked for.
@@ -102,12 +107,7 @@ impl Arguments {
         if let Some(file) = &self.markdown {
             plots.extend(["svg", "png"].map(|kind| file.with_extension(kind)));
             let picture = file.with_extension("svg").file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let command = format!(
-                "meniscus accuracy{}{} --markdown {}",
-                if self.full { " --full" } else { "" },
-                self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", path.display())),
-                file.display()
-            );
+            let command = format!("{} --markdown {}", self.command(), file.display());
             let origin = Origin { campaign: campaign.name.clone(), measured: measured(dir)?, command, picture };
             write_file(file, page(accuracy, &origin).as_bytes())?;
         }

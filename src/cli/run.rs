@@ -187,7 +187,8 @@ impl Effort {
             if let Some(early) = effort.execute_round(&round, dir, quiet)? {
                 return Ok(Some(early));
             }
-            let next = this_round(campaign, dir)?;
+            // A campaign that does not say until when to run has one round.
+            let next @ Cow::Owned(_) = this_round(campaign, dir)? else { return Ok(None) };
             // Not a difference of rounds: where failed jobs were run again, fewer runs may be enough for one point and too few for another.
             let more = plan_now(&next, dir)?.jobs.len();
             if more == 0 {

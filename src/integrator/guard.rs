@@ -122,7 +122,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
                 return Ok(false);
             }
             let seen = self.motion.observe();
-            let energy = seen.kinetic + seen.potential;
+            let energy = seen.energy();
             let rise = energy - self.energy;
             if rise < RISE {
                 self.energy = energy;

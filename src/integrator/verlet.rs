@@ -259,8 +259,7 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Kinetic and potential energy at the present positions.
     pub fn total_energy(&mut self) -> f64 {
-        let seen = self.observe();
-        seen.kinetic + seen.potential
+        self.observe().energy()
     }
 
     /// Everything that is recorded, at the present positions.
