@@ -32,11 +32,23 @@ fn arrays() {
         [("saturated", Density::Saturated, 6.96e5), ("0.39 a sigma^2", Density::Number(0.39), 97_500.0)]
     {
         let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density, box_size: 500.0 };
-        let array = ObstacleArray::generate(&field, 1).unwrap();
-        let discs = array.len() as f64;
-        assert!((discs / expected - 1.0).abs() < 0.01, "{discs} discs");
-        let time = seconds(3, || ObstacleArray::generate(&field, 1).unwrap());
-        println!("array of {discs} discs, {name}: {time:.3} s, {:.0} bytes a disc", array.bytes() as f64 / discs);
+        let whole = || {
+            let array = ObstacleArray::generate(&field, 1).unwrap();
+            (array.len(), array)
+        };
+        let (discs, array) = whole();
+        assert!((discs as f64 / expected - 1.0).abs() < 0.01, "{discs} discs");
+        let bytes = array.bytes() as f64 / discs as f64;
+        // What a run of 100 sigma asks for.
+        let path = seconds(3, || {
+            let array = ObstacleArray::generate(&field, 1).unwrap();
+            let (start, _) = array.widest_gap_near_centre();
+            (0..1000).map(|k| array.clearance([start[0] + 0.1 * f64::from(k), start[1]], 1.5)).sum::<f64>()
+        });
+        let time = seconds(3, whole);
+        println!(
+            "array of {discs} discs, {name}: along a path of 100 sigma {path:.3} s, the whole {time:.3} s, {bytes:.0} bytes a disc"
+        );
     }
 }
 

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Raised whenever the same job would give different numbers; results of older versions then count as stale.
-pub const PHYSICS_VERSION: u32 = 3;
+pub const PHYSICS_VERSION: u32 = 4;
 
 /// Mass of the droplet, `M = rho a0 = pi/4`.
 pub const MASS: f64 = std::f64::consts::FRAC_PI_4;

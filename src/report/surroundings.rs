@@ -12,7 +12,7 @@ const OBSTACLE_EDGE: &str = "#9aa4b2";
 const LOADED: &str = "#8791a0";
 
 /// The walls of a scene. A new scene is a variant, made in [`Surroundings::of`] and drawn in [`Surroundings::draw`].
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Surroundings {
     /// Discs in a periodic box.
     Discs(ObstacleArray),
@@ -97,7 +97,7 @@ fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String
     // Periodic images are drawn where the droplet is.
     array.for_each_in([0.0; 2], [x0 - radius, x1 + radius, y0 - radius, y1 + radius], |disc| discs.push(disc));
     discs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let draw = |disc: &crate::scene::obstacles::Disc| {
+    let draw = |disc: &crate::scene::disc::Disc| {
         let reach = radius + 0.6;
         let bears = |load: &crate::shape::LoadRecord| {
             load.obstacle == disc.id && (load.x - disc.x).abs() < reach && (load.y - disc.y).abs() < reach
