@@ -13,8 +13,10 @@ fn main() {
     println!("cargo::rustc-env=MENISCUS_COMMIT={commit}");
     println!("cargo::rustc-env=MENISCUS_RUSTC={}", output(&rustc, &["--version"]).unwrap_or_else(unknown));
     // Written by every commit and checkout; a file that is not there would start this script at every build.
-    for path in [".git/HEAD", ".git/logs/HEAD"] {
-        if std::path::Path::new(path).exists() {
+    for name in ["HEAD", "logs/HEAD"] {
+        // Elsewhere than in .git, for a work tree of its own.
+        let path = output("git", &["rev-parse", "--git-path", name]).filter(|path| std::path::Path::new(path).exists());
+        if let Some(path) = path {
             println!("cargo::rerun-if-changed={path}");
         }
     }

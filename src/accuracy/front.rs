@@ -89,7 +89,9 @@ impl Front {
             spot.on_front = error < (1.0 - VISIBLE) * best;
             best = best.min(error);
         }
-        let (conditions, default) = (conditions(&reference.point), default_at(&reference.point));
+        // Scenes of a study are sampled more often than campaigns are, which bounds the step.
+        let default = default_at(&Point { sample_every: f64::INFINITY, ..(*reference.point).clone() });
+        let conditions = conditions(&reference.point);
         let front = Self { study: finest.study, conditions, spots, default };
         (!front.spots.is_empty()).then_some(front)
     }
