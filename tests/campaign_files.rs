@@ -1,6 +1,7 @@
 //! Campaign files, good and bad, each with the expected answer in its comments, and the laws they obey.
 
 use meniscus::campaign::{Campaign, CampaignErrors};
+use meniscus::job::JobId;
 use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -92,6 +93,20 @@ fn colour_adds_escapes_and_nothing_else() {
     }
     assert!(coloured.contains('\u{1b}'));
     assert_eq!(stripped + rest, plain);
+}
+
+#[test]
+fn the_job_that_the_readme_draws_is_one_of_the_quickstart() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    let (_, rest) = readme.split_once("meniscus render quickstart.meniscus ").unwrap();
+    let drawn = rest.split('`').next().unwrap();
+    let picture = fs::read_to_string(root.join("docs/clog.svg")).unwrap();
+    assert!(picture.contains(drawn), "docs/clog.svg shows another job than {drawn}");
+    let quickstart = Campaign::load(&root.join("campaigns/quickstart.toml")).unwrap();
+    let jobs = quickstart.blocks.iter().flat_map(|block| block.point_ids.iter().zip(std::iter::repeat(&block.seeds)));
+    let mut ids = jobs.flat_map(|(&point, seeds)| seeds.clone().map(move |seed| JobId::new(point, seed).to_string()));
+    assert!(ids.any(|id| id == drawn), "no job of quickstart.toml is {drawn}; draw one anew");
 }
 
 proptest! {

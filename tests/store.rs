@@ -13,6 +13,8 @@ mod make;
 mod query;
 #[path = "store/scale.rs"]
 mod scale;
+#[path = "store/time_left.rs"]
+mod time_left;
 #[path = "store/upgrade.rs"]
 mod upgrade;
 #[path = "store/write.rs"]

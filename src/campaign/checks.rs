@@ -6,6 +6,9 @@ use crate::job::{Density, Integrator, Model, Point, Scene, Stepping};
 use crate::stability::StabilityLimit;
 use crate::tolerance::{Refusal, table};
 
+/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are dense.
+const LARGEST_BOX: f64 = 10_000.0;
+
 /// Coverage of the plane by discs at which random sequential addition jams.
 const SATURATION: f64 = 0.547;
 
@@ -21,8 +24,8 @@ pub(super) struct Breach {
 }
 
 /// The conditions; each looks at one grid point.
-pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 5] =
-    [stable, has_ring, room_for_all, fits_box, fits_start];
+pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 6] =
+    [stable, has_ring, room_for_all, fits_box, can_be_held, fits_start];
 
 /// `dt <= dt_max` of [`StabilityLimit`] for Verlet.
 fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
@@ -110,6 +113,23 @@ fn fits_box(point: &Point, _: &StabilityLimit) -> Option<Breach> {
         excess: spacing / most,
         message: format!("sigma_ob + w_ob = {} is more than half the box", Short(spacing)),
         help: format!("lower sigma_ob or w_ob, or raise box_size above {}", Short(2.0 * spacing)),
+    })
+}
+
+/// The obstacles are not so many that memory ends.
+fn can_be_held(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+    let Scene::Obstacles(field) = &point.scene else { return None };
+    let spacing = field.sigma_ob + field.w_ob;
+    let excess = field.box_size / (LARGEST_BOX * spacing);
+    (excess > 1.0).then(|| Breach {
+        id: Id::SigmaOb,
+        excess,
+        message: format!(
+            "the box, {} wide, is more than {LARGEST_BOX} times sigma_ob + w_ob = {}",
+            Short(field.box_size),
+            Short(spacing)
+        ),
+        help: format!("raise sigma_ob or w_ob, to {} together, or lower box_size", Short(field.box_size / LARGEST_BOX)),
     })
 }
 

@@ -2,8 +2,8 @@
 
 use super::progress::human;
 use super::{Exit, Outcome, print, store_here};
-use meniscus::store::{StateCounts, Status, status};
-use std::fmt::Write;
+use meniscus::store::{RunProgress, StateCounts, Status, status, time_left};
+use meniscus::{speed, vector};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -25,14 +25,34 @@ impl Arguments {
             return Err(meniscus::store::StoreError::Missing(dir).into());
         }
         let status = status(&dir)?;
-        let text = if self.json { serde_json::to_string_pretty(&status)? + "\n" } else { describe(&status) };
+        let time_left = match status.holder {
+            Some(_) => {
+                let speed = speed::measure(vector::best_level());
+                time_left(&dir, |point| speed.expected_s(point))?
+            }
+            None => None,
+        };
+        let text = if self.json {
+            let time_left_s = time_left.map(|left| left.as_secs_f64());
+            serde_json::to_string_pretty(&WithTimeLeft { status: &status, time_left_s })? + "\n"
+        } else {
+            describe(&status, time_left)
+        };
         print(&text)?;
         Ok(Exit::Done)
     }
 }
 
+/// The status, and how long the run at work will take.
+#[derive(serde::Serialize)]
+struct WithTimeLeft<'a> {
+    #[serde(flatten)]
+    status: &'a Status,
+    time_left_s: Option<f64>,
+}
+
 /// The status in words.
-fn describe(status: &Status) -> String {
+fn describe(status: &Status, time_left: Option<Duration>) -> String {
     let mut text = String::new();
     let mut line = |words: String| text.extend([words.as_str(), "\n"]);
     for campaign in &status.campaigns {
@@ -50,7 +70,9 @@ fn describe(status: &Status) -> String {
     }
     match (&status.holder, &status.run) {
         (Some(holder), run) => {
-            line(format!("{holder} is at work{}", run.as_ref().map(|run| rate(run, status)).unwrap_or_default()))
+            let rate = run.as_ref().and_then(rate).map(|rate| format!(", {rate:.1} jobs/min"));
+            let left = time_left.map(|left| format!(", {} left", human(left)));
+            line(format!("{holder} is at work{}{}", rate.unwrap_or_default(), left.unwrap_or_default()));
         }
         (None, _) if status.total.pending + status.total.running > 0 => {
             line("nobody is at work; `meniscus run` on the campaign file goes on".to_owned());
@@ -65,14 +87,7 @@ fn counts(counts: &StateCounts) -> String {
     format!("{} jobs: {done} done, {failed} failed, {running} running, {pending} pending", counts.jobs())
 }
 
-/// Rate over the last minute, and what it makes of the rest.
-fn rate(run: &meniscus::store::RunProgress, status: &Status) -> String {
-    let mut text = String::new();
-    if run.finished_in_window > 0 && run.window_s > 0.0 {
-        let per_second = run.finished_in_window as f64 / run.window_s;
-        let left = (status.total.pending + status.total.running) as f64 / per_second;
-        let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
-        let _ = write!(text, ", {:.1} jobs/min, {} left at this rate", 60.0 * per_second, human(left));
-    }
-    text
+/// Jobs a minute, over the last minute.
+fn rate(run: &RunProgress) -> Option<f64> {
+    (run.finished_in_window > 0 && run.window_s > 0.0).then(|| 60.0 * run.finished_in_window as f64 / run.window_s)
 }

@@ -4,7 +4,7 @@ use crate::job::ObstacleField;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Positions are multiples of this, so that moving them by whole boxes and origins is exact.
+/// Positions are multiples of this, so that moving them by whole boxes (of a side that is one, too) and origins is exact.
 pub(super) const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
 
 /// What a random stream is for: its number, of those of a seed.
@@ -40,6 +40,8 @@ impl Board {
         if 2.0 * field.box_size / (cells as f64) < spacing {
             cells -= 1;
         }
+        // Numbers of cells are u32; campaigns stay far below (`can_be_held`).
+        assert!(cells < 1 << 16, "a box of {} is too large for discs {spacing} apart", field.box_size);
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         let random = ChaCha8Rng::from_seed(key);
@@ -58,7 +60,7 @@ impl Board {
     }
 
     /// Column or row of the cell that a coordinate lies in.
-    pub(super) fn cell(&self, c: f64) -> usize {
+    pub(super) fn cell_at(&self, c: f64) -> usize {
         ((c / self.box_size * self.cells as f64) as usize).min(self.cells - 1)
     }
 

@@ -6,7 +6,7 @@ use fearless_simd::{f64x8, prelude::*};
 /// A disc near a droplet, in local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// Its index in the array.
+    /// What tells it from the others of its array.
     pub id: u32,
     /// x of its centre.
     pub x: f64,

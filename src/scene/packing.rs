@@ -52,9 +52,7 @@ pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64;
     let board = Board::new(field, seed);
     let cells = board.cells * board.cells;
     let (grid, taken) = (vec![[0.0; 2]; cells], vec![0; cells.div_ceil(64)]);
-    let mut packing = Packing { board, discs: Vec::new(), grid, taken };
-    packing.throw(wanted);
-    let Packing { board, mut discs, .. } = packing;
+    let (board, mut discs) = Packing { board, discs: Vec::new(), grid, taken }.throw(wanted);
     if discs.len() < wanted {
         let more = Growth::onto(board, &discs).grow(wanted - discs.len());
         discs.extend(more);
@@ -63,8 +61,8 @@ pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64;
 }
 
 impl Packing {
-    /// Throws darts into the whole box until there are `wanted` discs or most darts miss.
-    fn throw(&mut self, wanted: usize) {
+    /// Throws darts into the whole box until there are `wanted` discs or most darts miss. The grid goes, before another takes its place.
+    fn throw(mut self, wanted: usize) -> (Board, Vec<[f64; 2]>) {
         let mut random = self.board.stream(Stream::Box);
         let (mut hits, mut darts) = (0_u64, 0_u64);
         while self.discs.len() < wanted && (darts < 1000 || hits * MISSES > darts) {
@@ -78,13 +76,14 @@ impl Packing {
                 hits += 1;
             }
         }
+        (self.board, self.discs)
     }
 
     /// Whether a disc at this place would touch none.
     fn is_free(&self, at: [f64; 2]) -> bool {
         let square = self.board.spacing * self.board.spacing;
         let n = self.board.cells as i64;
-        let cell @ [column, row] = at.map(|c| self.board.cell(c));
+        let cell @ [column, row] = at.map(|c| self.board.cell_at(c));
         if [column, row].iter().all(|&c| (2..n - 2).contains(&(c as i64))) {
             let middle = (row * self.board.cells + column) as i64;
             return AROUND.iter().all(|[dx, dy]| {
@@ -106,7 +105,7 @@ impl Packing {
 
     fn add(&mut self, at: [f64; 2]) {
         self.discs.push(at);
-        let cell = self.board.cell(at[1]) * self.board.cells + self.board.cell(at[0]);
+        let cell = self.board.cell_at(at[1]) * self.board.cells + self.board.cell_at(at[0]);
         self.taken[cell / 64] |= 1 << (cell % 64);
         self.grid[cell] = at;
     }

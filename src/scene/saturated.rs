@@ -42,14 +42,13 @@ impl Saturated {
         (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
     }
 
-    /// Memory that the tiles take that were looked at.
+    /// Memory that the tiles take that are settled.
     pub(super) fn bytes(&self) -> usize {
         self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
     }
 
     #[inline]
     fn tile(&self, tile: usize) -> &Tile {
-        // A panic elsewhere leaves darts that wait: whoever comes next judges them.
         self.tiles[tile].get_or_init(|| self.growth.lock().unwrap_or_else(PoisonError::into_inner).settle(tile))
     }
 }
