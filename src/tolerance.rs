@@ -6,10 +6,11 @@
 //! | kind | observables |
 //! |---|---|
 //! | channel | `A_max - 1`, transit time from h = -1 to 1 |
-//! | obstacles | `<v_g>`, lambda (the same arrays at every setting: discretisation alone, statistics apart) |
+//! | flow: arrays whose gaps are as wide as the droplet, or wider | `<v_g>` |
+//! | clog: arrays of narrower gaps | lambda |
 //! | free | V_t, E_k/E_t, the way fallen |
 //!
-//! They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
+//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are. They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
 //! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
 
 use crate::job::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
@@ -33,13 +34,15 @@ pub enum Kind {
     Free,
     /// Through a constriction.
     Channel,
-    /// In an array.
-    Obstacles,
+    /// In an array whose gaps let the droplet pass.
+    Flow,
+    /// In an array of narrower gaps.
+    Clog,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Free, Self::Channel, Self::Obstacles];
+    pub const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
 
     /// The kind of a deformable droplet's scene; `None` where nothing was measured.
     pub fn of(point: &Point) -> Option<Self> {
@@ -48,7 +51,8 @@ impl Kind {
         match &point.scene {
             Scene::Channel(channel) if channel.first_contact(radius) == 0.0 => Some(Self::Free),
             Scene::Channel(_) => Some(Self::Channel),
-            Scene::Obstacles(_) => Some(Self::Obstacles),
+            Scene::Obstacles(field) if field.w_ob >= 1.0 => Some(Self::Flow),
+            Scene::Obstacles(_) => Some(Self::Clog),
             Scene::Disc(disc) if disc.offset.abs() > radius + 0.5 * disc.sigma_ob => Some(Self::Free),
             Scene::Disc(_) | Scene::Plate => None,
         }
@@ -59,7 +63,8 @@ impl Kind {
         match self {
             Self::Free => "in free flight",
             Self::Channel => "in channels",
-            Self::Obstacles => "in arrays of obstacles",
+            Self::Flow => "in arrays of gaps as wide as a droplet",
+            Self::Clog => "in arrays that clog",
         }
     }
 }
@@ -83,9 +88,6 @@ pub struct Setting {
     pub error: f64,
     /// Of what.
     pub of: String,
-    /// What is not counted, for its error does not stand out from its spread, and the bound that is known of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unresolved: Option<String>,
 }
 
 /// What was measured in one kind of scene.
@@ -219,7 +221,7 @@ mod tests {
     fn setting(n_vertices: usize, dt: Option<f64>, ms_per_t0: f64, error: f64) -> Setting {
         let step = dt.unwrap_or(1e-3);
         let of = "<v_g>".to_owned();
-        Setting { n_vertices, integrator: Integrator::Verlet, dt, step, ms_per_t0, error, of, unresolved: None }
+        Setting { n_vertices, integrator: Integrator::Verlet, dt, step, ms_per_t0, error, of }
     }
 
     fn table() -> Table {
@@ -229,7 +231,7 @@ mod tests {
             Setting { integrator: Integrator::Implicit, step: 0.0625, ..setting(256, None, 1.0, 0.01) },
             setting(512, Some(5e-4), 4.0, 0.002),
         ];
-        let kinds = BTreeMap::from([(Kind::Obstacles, Measured { scenes: "somewhere".to_owned(), settings })]);
+        let kinds = BTreeMap::from([(Kind::Clog, Measured { scenes: "somewhere".to_owned(), settings })]);
         Table { measured: "never".to_owned(), kinds }
     }
 
@@ -259,7 +261,7 @@ mod tests {
     fn a_finer_tolerance_than_anything_measured_is_refused_with_the_finest() {
         let table = table();
         let refused = table.choose(1e-3, &point(1.09)).unwrap_err();
-        assert!(matches!(refused, Refusal::TooFine(Kind::Obstacles, Some(finest)) if finest.error == 0.002));
+        assert!(matches!(refused, Refusal::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
         let soft = Point::new(Model::Soft(Soft { e_w: 1.0 }), point(1.0).scene);
         assert_eq!(table.choose(0.5, &soft), Err(Refusal::NotMeasured));
     }
@@ -279,6 +281,7 @@ mod tests {
     fn the_table_that_comes_with_the_program_reads_and_knows_the_defaults() {
         let table = super::table();
         let point = point(1.09);
+        assert!(table.kinds.len() == Kind::ALL.len());
         for kind in Kind::ALL {
             let measured = &table.kinds[&kind];
             assert!(measured.settings.iter().any(|setting| setting.knobs() == default_at(&point)), "{kind:?}");

@@ -147,7 +147,7 @@ fn the_spread_of_arrays_does_not_hide_the_error_of_a_ring() {
     assert!(accuracy.ladders[0].rungs[0].statistical(column.observable).unwrap() > 0.03);
     assert!(accuracy.fronts[0].spots.iter().all(|spot| spot.on_front), "finer is slower and better");
     let recorded = accuracy.table(String::new());
-    let errors: Vec<f64> = recorded.kinds[&Kind::Obstacles].settings.iter().map(|setting| setting.error).collect();
+    let errors: Vec<f64> = recorded.kinds[&Kind::Flow].settings.iter().map(|setting| setting.error).collect();
     assert!(errors.is_sorted_by(|a, b| a > b) && errors.len() == 4, "{errors:?}");
 }
 
@@ -160,18 +160,21 @@ fn what_is_slower_and_worse_is_not_on_the_front() {
 }
 
 #[test]
-fn a_single_droplet_that_clogs_elsewhere_is_no_error_that_a_tolerance_counts() {
+fn lambda_is_known_no_better_than_so_few_arrays_can_tell() {
     let clogged =
         |n: usize, seed: u64, r_end: f64| RunRecord { outcome: Some(Outcome::Clogged), r_end, ..flowing(n, seed, 0.1) };
-    let one_differs = judged("clog.n_vertices", |n, seed| {
-        clogged(n, seed, if (n, seed) == (64, 0) { 20.0 } else { 5.0 + seed as f64 })
-    });
-    let spot = &one_differs.fronts[0].spots[0];
-    assert!(!spot.resolved && spot.error.unwrap().0 > 0.2, "{spot:?}");
-    assert!(one_differs.table(String::new()).kinds.is_empty());
-    let all_differ =
-        judged("clog.n_vertices", |n, seed| clogged(n, seed, (5.0 + seed as f64) * if n == 64 { 2.0 } else { 1.0 }));
-    assert!(all_differ.fronts[0].spots[0].resolved);
+    let errors = |run: &dyn Fn(usize, u64) -> f64| -> Vec<f64> {
+        let accuracy = judged("clog.n_vertices", |n, seed| clogged(n, seed, run(n, seed)));
+        let recorded = accuracy.table(String::new());
+        recorded.kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).collect()
+    };
+    // Six droplets that clog in the same places at every setting: three in six others may not.
+    let alike = errors(&|_, seed| 5.0 + seed as f64);
+    assert!(alike[..3].iter().all(|error| (0.5..0.51).contains(error)), "{alike:?}");
+    // The finest ring is what the others are held against.
+    assert!(alike[3] < 1e-6);
+    let one_differs = errors(&|n, seed| if (n, seed) == (64, 0) { 20.0 } else { 5.0 + seed as f64 });
+    assert!(one_differs[0] > alike[0] + 0.2, "{one_differs:?}");
 }
 
 #[test]
@@ -194,7 +197,7 @@ fn with_tolerance(keys: &str) -> Result<Campaign, String> {
 
 #[test]
 fn a_job_that_a_tolerance_chose_is_the_job_that_gives_its_setting() {
-    let settings = &table().kinds[&Kind::Obstacles].settings;
+    let settings = &table().kinds[&Kind::Clog].settings;
     for setting in settings {
         let chosen = with_tolerance(&format!("tolerance = {}", setting.error)).unwrap();
         let point = &chosen.blocks[0].points[0];
@@ -211,10 +214,10 @@ fn a_job_that_a_tolerance_chose_is_the_job_that_gives_its_setting() {
 
 #[test]
 fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
-    let finest = table().kinds[&Kind::Obstacles].settings.iter().map(|setting| setting.error).fold(1.0, f64::min);
+    let finest = table().kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).fold(1.0, f64::min);
     let error = with_tolerance("tolerance = 1e-9").unwrap_err();
     assert!(
-        error.contains("c.toml:10") && error.contains("the finest setting measured in arrays of obstacles"),
+        error.contains("c.toml:10") && error.contains("the finest setting measured in arrays that clog"),
         "{error}"
     );
     assert!(error.contains(&format!("off by {}", meniscus::campaign::interval::Short(finest))), "{error}");
@@ -224,11 +227,11 @@ fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
 #[test]
 fn the_plan_says_which_setting_a_tolerance_chose_and_what_it_saves() {
     use meniscus::plan::{KnownJobs, Retry, Speed, plan};
-    let settings = &table().kinds[&Kind::Obstacles].settings;
+    let settings = &table().kinds[&Kind::Clog].settings;
     let worst = settings.iter().map(|setting| setting.error).fold(0.0, f64::max);
     let campaign = with_tolerance(&format!("tolerance = {}", worst.min(0.5))).unwrap();
     let text = plan(&campaign, &KnownJobs::default(), &Retry::Nothing, &Speed::default()).render(1);
-    for part in ["for tolerance", "the cheapest measured in arrays of obstacles", "off by", "default"] {
+    for part in ["for tolerance", "the cheapest measured in arrays that clog", "off by", "default"] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }
 }

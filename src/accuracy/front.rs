@@ -1,7 +1,7 @@
 //! Error against time: every setting of N_v, dt and integrator in a scene, and those that no other beats.
 
 use super::ladder::{Column, Ladder};
-use super::study::{Headline, Study};
+use super::study::Study;
 use super::{Accuracy, Deviation, Measured};
 use crate::job::{Model, Point, Scene};
 use crate::tolerance::{Kind, Knobs, Measured as MeasuredKind, Setting, Table, default_at};
@@ -21,8 +21,6 @@ pub struct Spot {
     pub ms_per_t0: f64,
     /// The largest error of a headline observable, what is not resolved added, and of which; `None` where a value is missing.
     pub error: Option<(f64, &'static str)>,
-    /// Whether that error stands out from its spread, or need not.
-    pub resolved: bool,
     /// Why it is missing.
     pub excuse: String,
     /// Whether no faster setting is as accurate, within 2%.
@@ -48,34 +46,30 @@ impl Front {
     /// The error of a setting is its distance from that ring, plus what the ring itself is off by, plus two standard errors of the distance
     /// where there are several seeds; against the exact value where one is known.
     pub(super) fn of(finest: &Ladder, all: Vec<Measured>) -> Option<Self> {
-        let headlines: Vec<_> =
-            finest.columns.iter().filter(|column| column.observable.headline != Headline::Never).collect();
+        let headlines: Vec<_> = finest.columns.iter().filter(|column| column.observable.headline).collect();
         let reference = finest.reference()?;
         if headlines.is_empty() {
             return None;
         }
-        let error = |one: &Measured| -> Option<(f64, &'static str, bool)> {
+        let error = |one: &Measured| -> Option<(f64, &'static str)> {
             let of = |column: &&Column| {
                 let observable = column.observable;
                 let Some(exact) = observable.exact else {
                     let Deviation { size, spread } = one.deviation(reference, observable)?;
-                    let resolved = observable.headline == Headline::Always || size > 2.0 * spread;
-                    return Some((size + 2.0 * spread + column.left_over?, observable.name, resolved));
+                    return Some((size + 2.0 * spread + column.left_over?, observable.name));
                 };
-                Some(((one.value(observable)? / exact(&one.point) - 1.0).abs(), observable.name, true))
+                Some(((one.value(observable)? / exact(&one.point) - 1.0).abs(), observable.name))
             };
             headlines.iter().map(of).collect::<Option<Vec<_>>>()?.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
         };
         let mut spots: Vec<Spot> = all
             .iter()
             .filter_map(|one| {
-                let error = error(one);
                 Some(Spot {
                     setting: one.setting()?,
                     step: one.point.stepping.dt,
                     ms_per_t0: one.ms_per_t0()?,
-                    error: error.map(|(size, of, _)| (size, of)),
-                    resolved: error.is_some_and(|error| error.2),
+                    error: error(one),
                     excuse: one.excuse(),
                     on_front: false,
                 })
@@ -141,13 +135,8 @@ fn settings(fronts: &[&Front]) -> Vec<Setting> {
     for spot in &first.spots {
         let twins = others.iter().map(|front| front.spots.iter().find(|other| other.setting == spot.setting));
         let Some(same) = std::iter::once(Some(spot)).chain(twins).collect::<Option<Vec<&Spot>>>() else { continue };
-        let Some(errors) = same.iter().map(|spot| Some((spot.error?, spot.resolved))).collect::<Option<Vec<_>>>()
-        else {
-            continue;
-        };
-        let resolved = errors.iter().filter(|(_, resolved)| *resolved).map(|(error, _)| *error);
-        let Some((error, of)) = resolved.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        let unresolved = errors.iter().find(|((bound, _), resolved)| !resolved && *bound > error);
+        let Some(errors) = same.iter().map(|spot| spot.error).collect::<Option<Vec<_>>>() else { continue };
+        let Some((error, of)) = errors.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         let mean = |value: fn(&Spot) -> f64| same.iter().map(|spot| value(spot)).sum::<f64>() / same.len() as f64;
         let (n_vertices, integrator, dt) = spot.setting;
         settings.push(Setting {
@@ -159,7 +148,6 @@ fn settings(fronts: &[&Front]) -> Vec<Setting> {
             // Rounded up, and never nothing.
             error: round(1.005 * error).max(1e-9),
             of: of.to_owned(),
-            unresolved: unresolved.map(|((bound, of), _)| format!("{of}, known to {} only", round(*bound))),
         });
     }
     settings

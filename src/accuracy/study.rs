@@ -30,17 +30,6 @@ pub enum Study {
     Plate,
 }
 
-/// Whether `tolerance` speaks of an observable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Headline {
-    /// It does.
-    Always,
-    /// Where its error stands out from the spread of paired differences: one droplet that clogs elsewhere changes it by more than most settings.
-    WhereResolved,
-    /// It does not.
-    Never,
-}
-
 /// A number that is read off the runs of a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Observable {
@@ -51,7 +40,9 @@ pub struct Observable {
     /// Whether its errors are relative; else they are in its own unit.
     pub relative: bool,
     /// Whether `tolerance` speaks of it.
-    pub headline: Headline,
+    pub headline: bool,
+    /// Whether a small cause can have a large effect on it, in few of many runs: a droplet gets stuck in another place.
+    pub can_jump: bool,
     /// Its exact value, where that is known.
     pub exact: Option<fn(&Point) -> f64>,
     /// The number; `None` if the runs do not have it.
@@ -63,7 +54,8 @@ const PASSAGE: &[Observable] = &[
         name: "A_max - 1",
         about: "largest shape parameter, less that of a circle",
         relative: true,
-        headline: Headline::Always,
+        headline: true,
+        can_jump: false,
         exact: None,
         estimate: |_, runs| passed(runs).and_then(largest_shape).map(|shape| shape - 1.0),
     },
@@ -71,7 +63,8 @@ const PASSAGE: &[Observable] = &[
         name: "transit",
         about: "time from h = -1 to h = 1, in t0",
         relative: true,
-        headline: Headline::Always,
+        headline: true,
+        can_jump: false,
         exact: None,
         estimate: |point, runs| {
             let samples = passed(runs)?;
@@ -82,7 +75,8 @@ const PASSAGE: &[Observable] = &[
         name: "slowest",
         about: "slowest speed over 0.05 sigma, in V_t; its errors are in V_t too",
         relative: false,
-        headline: Headline::Never,
+        headline: false,
+        can_jump: false,
         exact: None,
         estimate: |point, runs| slowest(passed(runs)?, point.v_t),
     },
@@ -93,7 +87,8 @@ const ARREST: &[Observable] = &[
         name: "h at rest",
         about: "where the droplet rests; errors in sigma",
         relative: false,
-        headline: Headline::Never,
+        headline: false,
+        can_jump: false,
         exact: None,
         estimate: |_, runs| first_with(runs, Outcome::Clogged).and_then(|run| run.samples.h.last().copied()),
     },
@@ -101,7 +96,8 @@ const ARREST: &[Observable] = &[
         name: "time to rest",
         about: "when E_k/E_t falls below the threshold, in t0",
         relative: true,
-        headline: Headline::Never,
+        headline: false,
+        can_jump: false,
         exact: None,
         estimate: |point, runs| time_to_rest(&first_with(runs, Outcome::Clogged)?.samples, point.limits.ek_threshold),
     },
@@ -112,7 +108,8 @@ const FREE: &[Observable] = &[
         name: "speed",
         about: "v_g/V_t at the end, exactly 1",
         relative: true,
-        headline: Headline::Always,
+        headline: true,
+        can_jump: false,
         exact: Some(|_| 1.0),
         estimate: |_, runs| first_with(runs, Outcome::TimeLimit).and_then(|run| run.samples.v_g.last().copied()),
     },
@@ -120,7 +117,8 @@ const FREE: &[Observable] = &[
         name: "energy",
         about: "E_k/E_t at the end, exactly 1: drag takes what gravity gives, and nothing else moves",
         relative: true,
-        headline: Headline::Always,
+        headline: true,
+        can_jump: false,
         exact: Some(|_| 1.0),
         estimate: |_, runs| first_with(runs, Outcome::TimeLimit).map(|run| run.ek_ratio_end),
     },
@@ -128,7 +126,8 @@ const FREE: &[Observable] = &[
         name: "fall",
         about: "r(t)/(V_t t - V_t^2 (1 - exp(-t/V_t))) at the end, exactly 1",
         relative: true,
-        headline: Headline::Always,
+        headline: true,
+        can_jump: false,
         exact: Some(|_| 1.0),
         estimate: |point, runs| {
             let run = first_with(runs, Outcome::TimeLimit)?;
@@ -141,7 +140,8 @@ const FLOW: &[Observable] = &[Observable {
     name: "<v_g>",
     about: "mean speed over the arrays, in V_t",
     relative: true,
-    headline: Headline::Always,
+    headline: true,
+    can_jump: false,
     exact: None,
     estimate: |_, runs| {
         let speeds: Option<Vec<f64>> = runs.iter().map(|run| run.v_g_mean).collect();
@@ -153,7 +153,8 @@ const CLOG: &[Observable] = &[Observable {
     name: "lambda",
     about: "decay length by maximum likelihood, in sigma",
     relative: true,
-    headline: Headline::WhereResolved,
+    headline: true,
+    can_jump: true,
     exact: None,
     estimate: |_, runs| {
         let clogs = runs.iter().filter(|run| run.outcome == Some(Outcome::Clogged)).count();
@@ -165,7 +166,8 @@ const PLATE: &[Observable] = &[Observable {
     name: "delta_s",
     about: "how deep the soft particle sinks, exactly pi/(16 E_w)",
     relative: true,
-    headline: Headline::Never,
+    headline: false,
+    can_jump: false,
     exact: Some(|point| match &point.model {
         Model::Soft(soft) => std::f64::consts::PI / (16.0 * soft.e_w),
         Model::Deformable(_) => f64::NAN,
@@ -226,7 +228,8 @@ impl Study {
         match self {
             Self::Free => Some(Kind::Free),
             Self::Channel | Self::Passage => Some(Kind::Channel),
-            Self::Flow | Self::Clog => Some(Kind::Obstacles),
+            Self::Flow => Some(Kind::Flow),
+            Self::Clog => Some(Kind::Clog),
             Self::Arrest | Self::Plate => None,
         }
     }

@@ -30,8 +30,8 @@ orders, time per t0, and the front of error against time. The runs are a campaig
 computes nothing. Times are those of the runs in the store: to measure them anew, remove it.
 
 `tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most that. The error is the largest
-relative error of the headline observables: A_max - 1 and transit time in channels, <v_g> (and lambda, where its error is resolved) in arrays of
-obstacles. --record writes the table it reads.")]
+relative error of the headline observables: A_max - 1 and transit time in channels, <v_g> in arrays of gaps as wide as a droplet, lambda in
+narrower ones. --record writes the table it reads.")]
 pub struct Arguments {
     /// Another campaign, its blocks named SCENE.KNOB as those of campaigns/accuracy.toml are
     campaign: Option<PathBuf>,

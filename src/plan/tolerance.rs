@@ -48,9 +48,8 @@ fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
         }
         None => String::new(),
     };
-    let apart = setting.unresolved.as_ref().map_or_else(String::new, |what| format!(", apart from {what}"));
     format!(
-        "n_vertices = {}, dt = {dt}: for tolerance {} the cheapest measured {} ({}), off by {} ({}){apart}{against}",
+        "n_vertices = {}, dt = {dt}: for tolerance {} the cheapest measured {} ({}), off by {} ({}){against}",
         setting.n_vertices,
         Short(tolerance),
         choice.kind.place(),

@@ -15,7 +15,8 @@ const NOTHING: &str = "-";
 /// What the columns of ladders mean.
 pub const LADDER_NOTE: &str = "\
 error   of the value before it, against the exact value or against the finest rung; relative, but for slowest (in V_t) and h at
-        rest (in sigma); +- its standard error over the arrays, which are the same on every rung
+        rest (in sigma); +- its standard error over the arrays, which are the same on every rung; of lambda at least 1.5/n
+        of n arrays, for what none of n droplets does up to 3 in n may do
 left    what the finest rung itself is off by, from the order, or the last difference where the order is not clear
 order   p of error ~ h^p, from the differences of neighbouring rungs (h = dt, 1/n_vertices, 1/e_w, ...); in brackets from pair to pair
 stat.   standard error of one value over its arrays: what few runs cost, beside what coarse ones do
@@ -258,8 +259,9 @@ const TOLERANCE: &str = "\
 
 `tolerance = 0.01` in a campaign file takes, instead of `n_vertices`, `dt` and `integrator`, the cheapest setting of the table
 `src/tolerance/measured.toml` whose error is at most 0.01. That table is written by `meniscus accuracy --record`. The error is the largest relative
-error of the headline observables: in channels `A_max - 1` and the transit time (the worse of channel and passage), in arrays of obstacles
-`<v_g>`, and lambda where its error stands out from its spread (where it does not, `plan` gives the bound that is known); of a free droplet its speed, its energy and its fall. It is that of the
+error of the headline observables: in channels `A_max - 1` and the transit time (the worse of channel and passage), in arrays whose gaps are as
+wide as a droplet `<v_g>`, in narrower ones lambda, of a free droplet its speed, its energy and its fall. A droplet that gets stuck in another place changes lambda by a lot, and a
+setting may do that to few of many: so of n arrays 3/n is the least that is granted, and a finer answer takes more arrays. It is that of the
 scenes above, and of no other: near a threshold of passing every error grows. `meniscus plan` shows the setting, its error, and its time against that
 of the default.
 ";
