@@ -165,12 +165,17 @@ impl<W: Walls> Contact<W> {
     /// Whether an edge that was pushed touches no longer.
     #[inline(always)]
     fn has_lost<S: Asking>(&self, simd: S, ring: &Ring) -> bool {
-        self.stretches.iter().any(|stretch| {
-            (stretch.start..stretch.end).step_by(LANES).any(|i| {
+        for stretch in &self.stretches {
+            for i in (stretch.start..stretch.end).step_by(LANES) {
                 let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
-                touch.is_some_and(|touch| touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true())
-            })
-        })
+                if let Some(touch) = touch
+                    && touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true()
+                {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Notes what each edge is pushed with.

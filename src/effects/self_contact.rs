@@ -18,7 +18,7 @@ use crate::droplet::deformable::Ring;
 use crate::on_level;
 use crate::vector::{LANES, load, padded, store, sum_lanes};
 use apart::{Apart, WAY, places_within};
-use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use fearless_simd::{Fallback, Level, f64x8, mask64x8, prelude::*};
 
 /// Eight vertices and an edge that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,24 +133,27 @@ impl SelfContact {
         let (px, py) = (rx - q * ex, ry - q * ey);
         let squared = px * px + py * py;
         let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
+        // Most pairs of the list are not so near at the moment.
+        if !near.any_true() {
+            return None;
+        }
         // From both ends of the edge: a vertex next to either is a neighbour, however long the edge.
-        let apart = |along: &[f64], round: f64, least: f64| {
-            let from = |end: f64| {
-                let between = (load(simd, along, vertices) - end).abs();
-                between.min(round - between).simd_gt(f64x8::splat(simd, least))
-            };
-            from(along[j]) & from(if j + 1 == ring.n { 0.0 } else { along[j + 1] })
-        };
-        let mut far = apart(&self.way, self.whole_way, WAY * self.delta);
+        let next = if j + 1 == ring.n { 0 } else { j + 1 };
+        let way = load(simd, &self.way, vertices);
+        let least = WAY * self.delta;
+        let mut far = farther(simd, way, self.way[j], self.whole_way, least)
+            & farther(simd, way, if next == 0 { 0.0 } else { self.way[next] }, self.whole_way, least);
         if let Some(most) = self.places {
-            far |= apart(&self.place, ring.n as f64, most);
+            let (place, round) = (load(simd, &self.place, vertices), ring.n as f64);
+            far |= farther(simd, place, j as f64, round, most) & farther(simd, place, next as f64, round, most);
         }
         let touches = near & far;
-        touches.any_true().then(|| {
-            let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
-            let overlap = touches.select(reach - distance, zero);
-            [overlap, q, px / distance, py / distance]
-        })
+        if !touches.any_true() {
+            return None;
+        }
+        let distance = squared.max(f64x8::splat(simd, 1e-300)).sqrt();
+        let inverse = one / distance;
+        Some([touches.select(reach - distance, zero), q, px * inverse, py * inverse])
     }
 
     #[inline(always)]
@@ -171,6 +174,14 @@ impl SelfContact {
             ring.force_y[j + 1] -= ahead_y;
         }
     }
+}
+
+/// Which of eight places along a ring, `round` long, lie farther than `least` from another.
+// No closure: code that is not inlined for sure has no vector instructions of its own.
+#[inline(always)]
+fn farther<S: Simd>(simd: S, places: f64x8<S>, from: f64, round: f64, least: f64) -> mask64x8<S> {
+    let between = (places - from).abs();
+    between.min(round - between).simd_gt(f64x8::splat(simd, least))
 }
 
 /// Mean vertex.

@@ -305,7 +305,7 @@ impl Scheme {
     /// Where the ring would be if its velocities went on to change as they did: `d = h (v + r/2 Dv)`.
     #[inline(always)]
     fn foresee<S: Instructions>(self, simd: S, ring: &Ring, earlier: &Earlier, newton: &mut Newton) {
-        let [h, half_change] = [self.h, 0.5 * self.h * self.ratio].map(|number| f64x8::splat(simd, number));
+        let (h, half_change) = (f64x8::splat(simd, self.h), f64x8::splat(simd, 0.5 * self.h * self.ratio));
         let Field { x, y } = &mut newton.displacement;
         for (to, v, gained) in
             [(&mut x[..], &ring.ux[..], &earlier.gained.x[..]), (&mut y[..], &ring.uy[..], &earlier.gained.y[..])]
@@ -335,7 +335,7 @@ impl Scheme {
     /// Takes over the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
     #[inline(always)]
     fn accept<S: Instructions>(self, simd: S, ring: &mut Ring, newton: &Newton, earlier: &mut Earlier) {
-        let [inverse, less] = [1.0 / self.s, -self.keep / self.s].map(|number| f64x8::splat(simd, number));
+        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
         let (d, Earlier { moved, gained, .. }) = (&newton.displacement, earlier);
         for (d, v, moved, gained) in [
             (&d.x[..], &mut ring.ux[..], &mut moved.x[..], &mut gained.x[..]),

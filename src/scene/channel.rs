@@ -93,7 +93,6 @@ impl Wedge {
     #[inline(always)]
     fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, level: f64) -> (Place<S>, f64x8<S>) {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-        let clamp = |q: f64x8<S>| q.max(zero).min(one);
         let (rx, ry) = (edges.x - self.x, (edges.y - self.y) * self.side);
         let (ex, ey) = (edges.ex, edges.ey * self.side);
         let tiny = f64x8::splat(simd, 1e-300);
@@ -101,23 +100,24 @@ impl Wedge {
         let to_tip = -(rx * ex + ry * ey) / squared;
         let across = (rx * ey - ry * ex) * (rx * ey - ry * ex) / squared;
         let crosses = (ex * ex).simd_gt(tiny);
-        let to_axis = clamp(-rx / crosses.select(ex, one));
+        let to_axis = clamp(simd, -rx / crosses.select(ex, one));
         // On a face the distance is linear in q.
-        let rises = [ex * self.sin - ey * self.cos, -ex * self.sin - ey * self.cos];
-        let on_faces = rises.map(|rise| clamp(0.5 - rise * (0.5 / level.max(1e-300))));
+        let lean = 0.5 / level.max(1e-300);
+        let on_right = clamp(simd, 0.5 - (ex * self.sin - ey * self.cos) * lean);
+        let on_left = clamp(simd, 0.5 - (-ex * self.sin - ey * self.cos) * lean);
         // At the tip it is a hyperbola; a few Newton steps from its vertex.
-        let mut at_tip = clamp(to_tip);
+        let mut at_tip = clamp(simd, to_tip);
         for _ in 0..3 {
             let away = at_tip - to_tip;
             let distance = (squared * away * away + across).max(tiny).sqrt();
             let slope = squared * away / distance + 2.0 * level * (at_tip - 0.5);
             let curvature = squared * across / (distance * distance * distance) + 2.0 * level;
-            at_tip = clamp(at_tip - slope / curvature.max(tiny));
+            at_tip = clamp(simd, at_tip - slope / curvature.max(tiny));
         }
         let mut best_q = zero;
         let mut best = self.place(simd, rx, ry);
         best.distance += 0.25 * level;
-        for q in [one, on_faces[0], on_faces[1], at_tip, to_axis] {
+        for q in [one, on_right, on_left, at_tip, to_axis] {
             let place = self.place(simd, rx + q * ex, ry + q * ey);
             let distance = place.distance + level * (q - 0.5) * (q - 0.5);
             let nearer = distance.simd_lt(best.distance);
@@ -130,6 +130,12 @@ impl Wedge {
         }
         (best, best_q)
     }
+}
+
+/// The nearest place on an edge, from 0 to 1.
+#[inline(always)]
+fn clamp<S: Simd>(simd: S, q: f64x8<S>) -> f64x8<S> {
+    q.max(f64x8::splat(simd, 0.0)).min(f64x8::splat(simd, 1.0))
 }
 
 impl Shape for Wedge {

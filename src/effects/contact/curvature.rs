@@ -37,27 +37,23 @@ pub(super) fn second_derivatives<S: Simd>(
     let g = inside.select(one / hold.max(f64x8::splat(simd, 1e-300)), zero);
     let widen = push * g;
     let slide = push * curvature * (one - curvature * along * along * g);
-    let normal = [nx * nx, nx * ny, ny * ny];
-    let tangent = [ny * ny, -(nx * ny), nx * nx];
-    let [m0, m1, m2] = [0, 1, 2].map(|k| stiffness * normal[k] - slide * tangent[k]);
-    let [e0, e1, e2] = normal.map(|nn| widen * nn);
+    // No closures here: code that is not inlined for sure has no vector instructions of its own.
+    let (nxx, nxy, nyy) = (nx * nx, nx * ny, ny * ny);
+    let (m0, m1, m2) = (stiffness * nxx - slide * nyy, stiffness * nxy + slide * nxy, stiffness * nyy - slide * nxx);
+    let (e0, e1, e2) = (widen * nxx, widen * nxy, widen * nyy);
     // The mixed part, n t^T by rows, and its symmetric sum for the diagonal blocks.
     let mixed = widen * curvature * along;
-    let [txx, txy, tyx, tyy] = [-(nx * ny), nx * nx, -(ny * ny), nx * ny].map(|nt| mixed * nt);
-    let sum = [txx + txx, txy + tyx, tyy + tyy];
-    let own = |weight: f64x8<S>, turn: f64x8<S>| {
-        let w = weight * weight;
-        [w * m0 + turn * sum[0] + e0, w * m1 + turn * sum[1] + e1, w * m2 + turn * sum[2] + e2]
-    };
-    let shared = p * q;
+    let (txx, txy, tyx, tyy) = (-(mixed * nxy), mixed * nxx, -(mixed * nyy), mixed * nxy);
+    let (sum_xx, sum_xy, sum_yy) = (txx + txx, txy + tyx, tyy + tyy);
+    let (pp, qq, shared) = (p * p, q * q, p * q);
     EdgeBlocks {
-        first: own(p, -p),
+        first: [pp * m0 - p * sum_xx + e0, pp * m1 - p * sum_xy + e1, pp * m2 - p * sum_yy + e2],
         between: [
             shared * m0 - q * txx + p * txx - e0,
             shared * m1 - q * txy + p * tyx - e1,
             shared * m1 - q * tyx + p * txy - e1,
             shared * m2 - q * tyy + p * tyy - e2,
         ],
-        second: own(q, q),
+        second: [qq * m0 + q * sum_xx + e0, qq * m1 + q * sum_xy + e1, qq * m2 + q * sum_yy + e2],
     }
 }
