@@ -168,11 +168,10 @@ fn lambda_is_known_no_better_than_so_few_arrays_can_tell() {
         let recorded = accuracy.table(String::new());
         recorded.kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).collect()
     };
-    // Six droplets that clog in the same places at every setting: three in six others may not.
+    // Six droplets that clog in the same places at every setting: three in six others may not, here and on rings finer still.
     let alike = errors(&|_, seed| 5.0 + seed as f64);
-    assert!(alike[..3].iter().all(|error| (0.5..0.51).contains(error)), "{alike:?}");
-    // The finest ring is what the others are held against.
-    assert!(alike[3] < 1e-6);
+    assert!(alike[..3].iter().all(|error| (1.0..1.01).contains(error)), "{alike:?}");
+    assert!((0.5..0.51).contains(&alike[3]), "the finest ring is what the others are held against");
     let one_differs = errors(&|n, seed| if (n, seed) == (64, 0) { 20.0 } else { 5.0 + seed as f64 });
     assert!(one_differs[0] > alike[0] + 0.2, "{one_differs:?}");
 }
@@ -198,7 +197,8 @@ fn with_tolerance(keys: &str) -> Result<Campaign, String> {
 #[test]
 fn a_job_that_a_tolerance_chose_is_the_job_that_gives_its_setting() {
     let settings = &table().kinds[&Kind::Clog].settings;
-    for setting in settings {
+    // No campaign may ask for less than one digit.
+    for setting in settings.iter().filter(|setting| setting.error <= 0.5) {
         let chosen = with_tolerance(&format!("tolerance = {}", setting.error)).unwrap();
         let point = &chosen.blocks[0].points[0];
         let meniscus::job::Model::Deformable(ring) = &point.model else { panic!("a ring") };

@@ -104,8 +104,8 @@ pub struct Column {
     pub errors: Vec<Option<Deviation>>,
     /// The order at which it converges.
     pub order: Option<Order>,
-    /// What the finest rung is still off by, as its errors are: from the order, or the last difference where there is no clear one; 0 if errors
-    /// are against the exact value.
+    /// What the finest rung is still off by, as its errors are: from the order, or the last difference where there is no clear one, with two standard errors
+    /// of what can jump; 0 if errors are against the exact value.
     pub left_over: Option<f64>,
 }
 
@@ -161,7 +161,10 @@ impl Column {
             [.., before, last] => {
                 let (difference, ratio) = ((before - last) / scale(observable, last), h[h.len() - 2] / h[h.len() - 1]);
                 let clear = order.filter(Order::is_clear);
-                Some(clear.map_or(difference.abs(), |order| order.left_over(difference, ratio)))
+                let known = clear.map_or(difference.abs(), |order| order.left_over(difference, ratio));
+                // What may jump from rung to rung does so beyond the last one too.
+                let last_spread = errors[errors.len() - 2].map_or(0.0, |error| error.spread);
+                Some(known + if observable.can_jump { 2.0 * last_spread } else { 0.0 })
             }
             _ => None,
         };

@@ -40,7 +40,7 @@ fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
         Some(default) => {
             let integrator = default.integrator.name();
             format!(
-                "; it takes {} of the time of the default ({integrator}, n_vertices = 256), which is off by {} ({})",
+                "; it takes {} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} ({})",
                 short(times),
                 Short(default.error),
                 default.of
@@ -49,7 +49,7 @@ fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
         None => String::new(),
     };
     format!(
-        "n_vertices = {}, dt = {dt}: for tolerance {} the cheapest measured {} ({}), off by {} ({}){against}",
+        "n_vertices = {}, dt = {dt}: for tolerance {} the cheapest measured {} ({}), off by at most {} ({}){against}",
         setting.n_vertices,
         Short(tolerance),
         choice.kind.place(),

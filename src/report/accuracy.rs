@@ -17,7 +17,7 @@ pub const LADDER_NOTE: &str = "\
 error   of the value before it, against the exact value or against the finest rung; relative, but for slowest (in V_t) and h at
         rest (in sigma); +- its standard error over the arrays, which are the same on every rung; of lambda at least 1.5/n
         of n arrays, for what none of n droplets does up to 3 in n may do
-left    what the finest rung itself is off by, from the order, or the last difference where the order is not clear
+left    what the finest rung itself is off by, from the order, or the last difference where the order is not clear (of lambda, with two standard errors)
 order   p of error ~ h^p, from the differences of neighbouring rungs (h = dt, 1/n_vertices, 1/e_w, ...); in brackets from pair to pair
 stat.   standard error of one value over its arrays: what few runs cost, beside what coarse ones do
 ";
@@ -83,7 +83,7 @@ pub fn ladder(ladder: &Ladder) -> Sheet {
     }
     let statistical = |column: &Column| ladder.reference()?.statistical(column.observable);
     line("stat.", &|column| statistical(column).map(|error| significant(error, 2)));
-    Sheet { title: format!("{}, {}", ladder.study.name(), varied(ladder.knob)), headers, rows }
+    Sheet { title: format!("{}, {}", ladder.study.name(), varied(ladder)), headers, rows }
 }
 
 fn knob_header(knob: Knob) -> &'static str {
@@ -91,16 +91,20 @@ fn knob_header(knob: Knob) -> &'static str {
 }
 
 /// What a ladder varies, in words.
-fn varied(knob: Knob) -> &'static str {
-    match knob {
-        Knob::NVertices => "n_vertices alone (verlet, its automatic step)",
+fn varied(ladder: &Ladder) -> String {
+    let words = match ladder.knob {
+        Knob::NVertices => {
+            let integrator = ladder.reference().map_or("no run", |finest| finest.point.stepping.integrator.name());
+            return format!("n_vertices alone ({integrator}, its automatic step)");
+        }
         Knob::Dt => "dt of verlet alone",
         Knob::Implicit => "dt of the implicit integrator",
         Knob::Kappa => "kappa alone",
         Knob::Eps => "eps alone (in l0)",
         Knob::EW => "e_w alone",
         Knob::EkThreshold => "ek_threshold alone",
-    }
+    };
+    words.to_owned()
 }
 
 fn cells(ladder: &Ladder, column: &Column, k: usize) -> [String; 2] {
