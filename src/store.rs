@@ -50,7 +50,7 @@ mod samples_table;
 mod seal;
 mod shapes;
 mod status;
-mod time_left;
+mod work;
 mod write;
 
 pub use check::{CheckReport, Finding, check, repair};
@@ -66,7 +66,7 @@ pub use records::{Origins, origins, records};
 pub use register::{CampaignRecord, PlannedPoint, Provenance, Registered};
 pub use shapes::{JobStory, find_jobs, job_path, job_story, shapes};
 pub use status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
-pub use time_left::time_left;
+pub use work::{PointWork, Work, work};
 pub use write::{Message, OutcomeSender, Writer, WriterOptions, WriterStopped};
 
 use crate::job::PHYSICS_VERSION;

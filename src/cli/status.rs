@@ -2,7 +2,8 @@
 
 use super::progress::human;
 use super::{Exit, Outcome, print, store_here};
-use meniscus::store::{RunProgress, StateCounts, Status, status, time_left};
+use meniscus::executor::schedule::Progress;
+use meniscus::store::{RunProgress, StateCounts, Status, Work, status, work};
 use meniscus::{speed, vector};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -28,7 +29,9 @@ impl Arguments {
         let time_left = match status.holder {
             Some(_) => {
                 let speed = speed::measure(vector::best_level());
-                time_left(&dir, |point| speed.expected_s(point))?
+                let left =
+                    |work: Work| Progress::seen(&work.points, |point| speed.expected_s(point)).time_left(work.elapsed);
+                work(&dir)?.and_then(left)
             }
             None => None,
         };

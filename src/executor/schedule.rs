@@ -1,6 +1,8 @@
 //! What a running campaign decides, as pure functions of what happened and of the time: when to stop, and how long
 //! the rest will take. Acting on it is the executor's.
 
+use crate::job::Point;
+use crate::store::PointWork;
 use crate::trajectory::{FailureClass, Outcome};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -57,6 +59,19 @@ impl Progress {
     /// Nothing done of so many jobs.
     pub fn of(jobs: u64, expected_s: f64) -> Self {
         Self { jobs, expected_s, ..Self::default() }
+    }
+
+    /// Where a run stands as its store tells, from which clogs and failures are not counted.
+    pub fn seen(points: &[PointWork], expected_s: impl Fn(&Point) -> f64) -> Self {
+        let mut progress = Self::default();
+        for PointWork { point, left, ended } in points {
+            let each_s = expected_s(point);
+            progress.jobs += left + ended;
+            progress.ended += ended;
+            progress.expected_s += (left + ended) as f64 * each_s;
+            progress.expected_ended_s += *ended as f64 * each_s;
+        }
+        progress
     }
 
     /// Takes note of a job's end.

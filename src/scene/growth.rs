@@ -137,17 +137,13 @@ impl Growth {
 
     /// Judges the darts of a tile up to a time; tells whether any wait.
     fn judge_tile(&mut self, tile: usize, until: f64) -> bool {
-        let corner = [tile % self.across, tile / self.across].map(|c| c * TILE);
+        let is_due = |cell: &Cell| cell.fate == Fate::Waiting && cell.time <= until;
         let mut waiting = false;
         for k in 0..TILE * TILE {
-            loop {
-                let Cell { time, fate, .. } = self.page(tile)[k];
-                waiting |= fate == Fate::Waiting && time > until;
-                if fate != Fate::Waiting || time > until {
-                    break;
-                }
-                self.judge([corner[0] + k % TILE, corner[1] + k / TILE]);
+            while is_due(&self.page(tile)[k]) {
+                self.judge(self.cell_of(tile, k));
             }
+            waiting |= self.page(tile)[k].fate == Fate::Waiting;
         }
         waiting
     }
@@ -238,6 +234,11 @@ impl Growth {
         (row / TILE * self.across + column / TILE, row % TILE * TILE + column % TILE)
     }
 
+    /// The cell at a place of a tile.
+    fn cell_of(&self, tile: usize, k: usize) -> [usize; 2] {
+        [tile % self.across * TILE + k % TILE, tile / self.across * TILE + k / TILE]
+    }
+
     fn cell(&mut self, cell: [usize; 2]) -> Cell {
         let (tile, k) = self.slot(cell);
         if let Page::Settled(tile) = &self.pages[tile] {
@@ -266,10 +267,9 @@ impl Growth {
     /// The first dart of every cell of a tile.
     fn first_darts(&self, tile: usize) -> Box<[Cell; TILE * TILE]> {
         let mut random = self.board.stream(Stream::Tile(tile));
-        let corner = [tile % self.across, tile / self.across].map(|c| c * TILE);
         let mut page = Box::new([NOTHING; TILE * TILE]);
         for (k, there) in page.iter_mut().enumerate() {
-            let cell = [corner[0] + k % TILE, corner[1] + k / TILE];
+            let cell = self.cell_of(tile, k);
             // The last tiles reach beyond the box.
             if cell.iter().all(|&c| c < self.board.cells) {
                 let time = wait(&mut random);
@@ -333,10 +333,13 @@ mod tests {
         [discs.len() as f64, (0..discs.len()).map(close).sum::<usize>() as f64]
     }
 
-    fn grown_until(time: f64, seed: u64) -> Vec<[f64; 2]> {
-        let mut growth = Growth::new(board(seed));
+    fn new_discs_until(time: f64, mut growth: Growth) -> Vec<[f64; 2]> {
         growth.judge_until(time);
         growth.new_discs().filter(|cell| cell.time <= time).map(|cell| cell.at).collect()
+    }
+
+    fn grown_until(time: f64, seed: u64) -> Vec<[f64; 2]> {
+        new_discs_until(time, Growth::new(board(seed)))
     }
 
     fn thrown_until(time: f64, seed: u64) -> Vec<[f64; 2]> {
@@ -374,12 +377,7 @@ mod tests {
     #[test]
     fn the_next_discs_stand_between_those_given_earliest_first() {
         let given = thrown_until(1.0, 1);
-        let early = {
-            let mut growth = Growth::onto(board(1), &given);
-            growth.judge_until(0.1);
-            let discs: Vec<_> = growth.new_discs().filter(|cell| cell.time <= 0.1).map(|cell| cell.at).collect();
-            discs
-        };
+        let early = new_discs_until(0.1, Growth::onto(board(1), &given));
         let few = Growth::onto(board(1), &given).grow(early.len());
         let all = Growth::onto(board(1), &given).grow(usize::MAX);
         assert!(early.len() > 5 && all.len() > 3 * early.len());

@@ -172,11 +172,14 @@ fn failures(conn: &Connection) -> rusqlite::Result<Vec<FailureCount>> {
     failures?.collect()
 }
 
+/// Key of the last run, when it began, and when it ended.
+pub(super) fn last_provenance(conn: &Connection) -> rusqlite::Result<Option<(i64, f64, Option<f64>)>> {
+    let sql = "SELECT key, started, ended FROM provenance ORDER BY key DESC LIMIT 1";
+    conn.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?))).optional()
+}
+
 fn last_run(conn: &Connection, now: f64) -> rusqlite::Result<Option<RunProgress>> {
-    let last = conn.query_row("SELECT key, started, ended FROM provenance ORDER BY key DESC LIMIT 1", [], |row| {
-        Ok((row.get::<_, i64>(0)?, row.get::<_, f64>(1)?, row.get::<_, Option<f64>>(2)?))
-    });
-    let Some((key, started, ended)) = last.optional()? else { return Ok(None) };
+    let Some((key, started, ended)) = last_provenance(conn)? else { return Ok(None) };
     let until = ended.unwrap_or(now);
     let window_s = (until - started).clamp(0.0, RATE_WINDOW_S);
     let since = |from: f64| {

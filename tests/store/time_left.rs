@@ -1,9 +1,16 @@
 //! How long the rest takes: by what jobs cost, not by their number.
 
 use super::make::*;
+use meniscus::executor::schedule::Progress;
 use meniscus::job::{Model, Point};
-use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, Writer, time_left};
+use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Writer, work};
+use std::path::Path;
 use std::time::{Duration, Instant};
+
+/// As `status` has it, with another notion of cost.
+fn time_left(dir: &Path, expected_s: impl Fn(&Point) -> f64) -> Result<Option<Duration>, StoreError> {
+    Ok(work(dir)?.and_then(|work| Progress::seen(&work.points, expected_s).time_left(work.elapsed)))
+}
 
 fn stiffness(point: &Point) -> f64 {
     match &point.model {
