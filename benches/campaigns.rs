@@ -8,9 +8,9 @@
 #![allow(clippy::print_stdout, reason = "a program that answers on stdout")]
 #![allow(clippy::unwrap_used, reason = "a bench that cannot go on has failed")]
 
-use meniscus::analysis::survival::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
-use meniscus::job::{Density, ObstacleField};
-use meniscus::scene::obstacles::ObstacleArray;
+use meniscus::parameters::{Density, ObstacleField};
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
 use std::process::Command;
 use std::time::Instant;
 

@@ -10,20 +10,20 @@
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, reason = "a program that answers on stdout")]
 
-use meniscus::droplet::deformable::Ring;
-use meniscus::droplet::soft::{SoftEffects, SoftMotion};
-use meniscus::effects::EdgeForce;
-use meniscus::effects::area::Area;
-use meniscus::effects::contact::Contact;
-use meniscus::effects::far_drag::FarDrag;
-use meniscus::effects::gravity::Gravity;
-use meniscus::effects::perimeter::Perimeter;
-use meniscus::effects::tension::{LinearTension, Tension};
-use meniscus::integrator::implicit::ImplicitMotion;
-use meniscus::integrator::verlet::{RingEffects, RingMotion};
-use meniscus::job::{ContactKind, MASS, regular_edge};
-use meniscus::scene::obstacles::ObstacleArray;
-use meniscus::vector::best_level;
+use meniscus::parameters::{ContactKind, MASS, regular_edge};
+use meniscus::physics::motion::implicit::ImplicitMotion;
+use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::point::{SoftEffects, SoftMotion};
+use meniscus::physics::ring::Ring;
+use meniscus::physics::ring::forces::EdgeForce;
+use meniscus::physics::ring::forces::area::Area;
+use meniscus::physics::ring::forces::contact::Contact;
+use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::gravity::Gravity;
+use meniscus::physics::ring::forces::perimeter::Perimeter;
+use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::simd::best_level;
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
 use std::time::Instant;
 

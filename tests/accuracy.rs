@@ -4,12 +4,12 @@
 mod common;
 
 use common::{ask, expect};
-use meniscus::accuracy::{Accuracy, judge};
-use meniscus::campaign::Campaign;
-use meniscus::fits::RunRecord;
-use meniscus::job::PointId;
-use meniscus::tolerance::{Kind, Table, table};
-use meniscus::trajectory::{Outcome, Samples};
+use meniscus::campaign::choose::tolerance::{Kind, Table, table};
+use meniscus::campaign::file::Campaign;
+use meniscus::parameters::PointId;
+use meniscus::results::fits::RunRecord;
+use meniscus::results::trajectory::{Outcome, Samples};
+use meniscus::study::accuracy::{Accuracy, judge};
 use std::collections::HashMap;
 use std::fs;
 
@@ -201,7 +201,7 @@ fn a_job_that_a_tolerance_chose_is_the_job_that_gives_its_setting() {
     for setting in settings.iter().filter(|setting| setting.error <= 0.5) {
         let chosen = with_tolerance(&format!("tolerance = {}", setting.error)).unwrap();
         let point = &chosen.blocks[0].points[0];
-        let meniscus::job::Model::Deformable(ring) = &point.model else { panic!("a ring") };
+        let meniscus::parameters::Model::Deformable(ring) = &point.model else { panic!("a ring") };
         let keys = format!(
             "n_vertices = {}\nintegrator = \"{}\"\ndt = {}",
             ring.n_vertices,
@@ -220,13 +220,13 @@ fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
         error.contains("c.toml:10") && error.contains("the finest setting measured in arrays that clog"),
         "{error}"
     );
-    assert!(error.contains(&format!("off by {}", meniscus::campaign::interval::Short(finest))), "{error}");
+    assert!(error.contains(&format!("off by {}", meniscus::campaign::file::interval::Short(finest))), "{error}");
     with_tolerance(&format!("tolerance = {finest}")).unwrap();
 }
 
 #[test]
 fn the_plan_says_which_setting_a_tolerance_chose_and_what_it_saves() {
-    use meniscus::plan::{KnownJobs, Retry, Speed, plan};
+    use meniscus::campaign::plan::{KnownJobs, Retry, Speed, plan};
     let settings = &table().kinds[&Kind::Clog].settings;
     let worst = settings.iter().map(|setting| setting.error).fold(0.0, f64::max);
     let campaign = with_tolerance(&format!("tolerance = {}", worst.min(0.5))).unwrap();

@@ -1,13 +1,13 @@
 //! Laws of the estimators on synthetic runs of known lambda, and what the printed tables say.
 
-use meniscus::analysis::goodness::p_exponential;
-use meniscus::analysis::speed::speed_average;
-use meniscus::analysis::survival::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
-use meniscus::analysis::{fit_all, lambda_fit};
-use meniscus::fits::{FinishedRun, LambdaFit, PointRuns};
-use meniscus::job::*;
+use meniscus::parameters::*;
 use meniscus::report::tables::{decay_lengths, mean_speeds};
-use meniscus::trajectory::Outcome;
+use meniscus::results::fits::{FinishedRun, LambdaFit, PointRuns};
+use meniscus::results::trajectory::Outcome;
+use meniscus::study::speed::speed_average;
+use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
+use meniscus::study::survival::goodness::p_exponential;
+use meniscus::study::survival::{fit_all, lambda_fit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;

@@ -4,9 +4,9 @@
 mod common;
 
 use common::{expect, meniscus};
-use meniscus::calibrate::frames::{Frame, Trial};
-use meniscus::calibrate::profile::{Laboratory, Parameters, Profile};
-use meniscus::job::{Channel, Deformable, Limits, Model, Point, Scene};
+use meniscus::parameters::{Channel, Deformable, Limits, Model, Point, Scene};
+use meniscus::study::calibrate::frames::{Frame, Trial};
+use meniscus::study::calibrate::profile::{Laboratory, Parameters, Profile};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fmt::Write;

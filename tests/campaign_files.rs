@@ -1,7 +1,7 @@
 //! Campaign files, good and bad, each with the expected answer in its comments, and the laws they obey.
 
-use meniscus::campaign::{Campaign, CampaignErrors};
-use meniscus::job::JobId;
+use meniscus::campaign::file::{Campaign, CampaignErrors};
+use meniscus::parameters::JobId;
 use proptest::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};

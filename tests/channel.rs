@@ -3,7 +3,7 @@
 #[path = "common/single.rs"]
 mod single;
 
-use meniscus::trajectory::{Failure, Outcome, Samples, Trajectory};
+use meniscus::results::trajectory::{Failure, Outcome, Samples, Trajectory};
 
 /// Runs a campaign of one job, at the terminal speed of the paper's channel.
 fn run(keys: &str) -> Result<Trajectory, Failure> {

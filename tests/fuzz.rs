@@ -14,7 +14,7 @@ mod mutate;
 #[path = "fuzz/store.rs"]
 mod store;
 
-use meniscus::campaign::Campaign;
+use meniscus::campaign::file::Campaign;
 use mutate::{Random, campaign_text};
 use std::ops::Range;
 use std::path::Path;

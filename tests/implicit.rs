@@ -1,26 +1,26 @@
 //! Laws of the implicit integrator: its second derivatives, its order, and the physics it shares with velocity-Verlet.
 
 use fearless_simd::Level;
-use meniscus::droplet::deformable::Ring;
-use meniscus::effects::EdgeForce;
-use meniscus::effects::area::Area;
-use meniscus::effects::contact::{Contact, WallContact};
-use meniscus::effects::far_drag::FarDrag;
-use meniscus::effects::gravity::Gravity;
-use meniscus::effects::hydrostatic::Hydrostatic;
-use meniscus::effects::perimeter::Perimeter;
-use meniscus::effects::stiffness::Parts;
-use meniscus::effects::tension::{LinearTension, Tension};
-use meniscus::integrator::implicit::ImplicitMotion;
-use meniscus::integrator::implicit::field::Field;
-use meniscus::integrator::implicit::newton::Newton;
-use meniscus::integrator::verlet::{RingEffects, RingMotion};
-use meniscus::job::{ContactKind, MASS, regular_edge};
-use meniscus::scene::channel::ChannelWalls;
-use meniscus::scene::obstacles::ObstacleArray;
-use meniscus::scene::plate::Plate;
-use meniscus::scene::wall::Walls;
-use meniscus::trajectory::FailureClass;
+use meniscus::parameters::{ContactKind, MASS, regular_edge};
+use meniscus::physics::motion::implicit::ImplicitMotion;
+use meniscus::physics::motion::implicit::field::Field;
+use meniscus::physics::motion::implicit::newton::Newton;
+use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::ring::Ring;
+use meniscus::physics::ring::forces::EdgeForce;
+use meniscus::physics::ring::forces::area::Area;
+use meniscus::physics::ring::forces::contact::{Contact, WallContact};
+use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::gravity::Gravity;
+use meniscus::physics::ring::forces::hydrostatic::Hydrostatic;
+use meniscus::physics::ring::forces::perimeter::Perimeter;
+use meniscus::physics::ring::forces::stiffness::Parts;
+use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::physics::walls::plate::Plate;
+use meniscus::physics::walls::wall::Walls;
+use meniscus::physics::walls::wedge::ChannelWalls;
+use meniscus::results::trajectory::FailureClass;
 use std::sync::Arc;
 
 const N: usize = 128;

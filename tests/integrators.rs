@@ -3,8 +3,8 @@
 #[path = "common/single.rs"]
 mod single;
 
-use meniscus::job::Integrator;
-use meniscus::trajectory::{FailureClass, Outcome};
+use meniscus::parameters::Integrator;
+use meniscus::results::trajectory::{FailureClass, Outcome};
 use single::{job, run};
 
 const ARRAY: &str =
@@ -43,7 +43,8 @@ fn the_literal_wall_clogs_a_droplet_where_the_shared_one_does() {
         let (_, verlet) = clog("integrator = \"verlet\"", seed);
         let (_, implicit) = clog("integrator = \"implicit\"", seed);
         let (overlap, literal) = clog("wall = \"per_vertex\"", seed);
-        let apart = |a: &meniscus::trajectory::Clog| ((a.x - verlet.x).powi(2) + (a.y - verlet.y).powi(2)).sqrt();
+        let apart =
+            |a: &meniscus::results::trajectory::Clog| ((a.x - verlet.x).powi(2) + (a.y - verlet.y).powi(2)).sqrt();
         assert!(apart(&implicit) < 1e-5, "seed {seed}: {:.2e}", apart(&implicit));
         assert!(apart(&literal) < 0.03 && overlap < 1e-7, "seed {seed}: {:.2e}", apart(&literal));
     }

@@ -1,21 +1,21 @@
 //! Laws of the ring: forces, energy, terminal speed, Laplace pressure, and equal bits on every instruction set.
 
 use fearless_simd::Level;
-use meniscus::droplet::deformable::Ring;
-use meniscus::effects::EdgeForce;
-use meniscus::effects::area::Area;
-use meniscus::effects::contact::Contact;
-use meniscus::effects::far_drag::FarDrag;
-use meniscus::effects::gravity::Gravity;
-use meniscus::effects::hydrostatic::Hydrostatic;
-use meniscus::effects::perimeter::Perimeter;
-use meniscus::effects::tension::{LinearTension, Tension};
-use meniscus::integrator::verlet::{RingEffects, RingMotion};
-use meniscus::job::{ContactKind, MASS, regular_edge};
-use meniscus::scene::channel::ChannelWalls;
-use meniscus::scene::obstacles::ObstacleArray;
-use meniscus::scene::plate::Plate;
-use meniscus::scene::wall::Walls;
+use meniscus::parameters::{ContactKind, MASS, regular_edge};
+use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::ring::Ring;
+use meniscus::physics::ring::forces::EdgeForce;
+use meniscus::physics::ring::forces::area::Area;
+use meniscus::physics::ring::forces::contact::Contact;
+use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::gravity::Gravity;
+use meniscus::physics::ring::forces::hydrostatic::Hydrostatic;
+use meniscus::physics::ring::forces::perimeter::Perimeter;
+use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::physics::walls::plate::Plate;
+use meniscus::physics::walls::wall::Walls;
+use meniscus::physics::walls::wedge::ChannelWalls;
 use std::sync::Arc;
 
 const N: usize = 100;

@@ -5,11 +5,11 @@
 mod common;
 
 use common::{ask, expect};
-use meniscus::job::{JobId, MASS, Scene};
-use meniscus::scene::obstacles::ObstacleArray;
-use meniscus::shape::LoadRecord;
+use meniscus::parameters::{JobId, MASS, Scene};
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::results::outline::LoadRecord;
+use meniscus::results::trajectory::Mechanism;
 use meniscus::store;
-use meniscus::trajectory::Mechanism;
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -68,7 +68,7 @@ fn refusal(arguments: &[&str]) -> String {
     String::from_utf8(expect(1, folder(), &arguments).stderr).unwrap()
 }
 
-fn kept(id: &str) -> Vec<meniscus::shape::ShapeRecord> {
+fn kept(id: &str) -> Vec<meniscus::results::outline::ShapeRecord> {
     store::shapes(&folder().join("pictures.meniscus"), id.parse::<JobId>().unwrap()).unwrap()
 }
 
@@ -137,7 +137,7 @@ fn a_clog_is_told_by_its_mechanism_and_holds_the_weight() {
         assert!((support + MASS).abs() < 1e-6, "{id}: {support}");
         let said =
             ask(folder(), "pictures.meniscus", &format!("select mechanism from clog_events where job_id = '{id}'"));
-        assert_eq!(said.lines().nth(1), meniscus::mechanism::of(shape).map(Mechanism::name));
+        assert_eq!(said.lines().nth(1), meniscus::physics::simulate::mechanism::of(shape).map(Mechanism::name));
     }
 }
 

@@ -6,11 +6,11 @@
 #[allow(dead_code, reason = "every test file uses its part")]
 mod single;
 
-use meniscus::job::{Integrator, Job, Stepping};
-use meniscus::scene::library::ArrayLibrary;
-use meniscus::simulate::{Context, Ended, Keeper, NoKeeper, Snapshot, go_on};
-use meniscus::trajectory::{Failure, Trajectory};
-use meniscus::vector::best_level;
+use meniscus::parameters::{Integrator, Job, Stepping};
+use meniscus::physics::simd::best_level;
+use meniscus::physics::simulate::{Context, Ended, Keeper, NoKeeper, Snapshot, go_on};
+use meniscus::physics::walls::arrays::library::ArrayLibrary;
+use meniscus::results::trajectory::{Failure, Trajectory};
 use proptest::prelude::*;
 use single::job;
 use std::sync::Arc;

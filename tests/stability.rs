@@ -5,19 +5,19 @@
 mod single;
 
 use fearless_simd::Level;
-use meniscus::campaign::Campaign;
-use meniscus::droplet::deformable::Ring;
-use meniscus::effects::area::Area;
-use meniscus::effects::contact::Contact;
-use meniscus::effects::far_drag::FarDrag;
-use meniscus::effects::gravity::Gravity;
-use meniscus::effects::tension::Tension;
-use meniscus::integrator::guard::GuardedMotion;
-use meniscus::integrator::verlet::{RingEffects, RingMotion};
-use meniscus::job::{ContactKind, Integrator, MASS, Model, regular_edge};
-use meniscus::scene::obstacles::ObstacleArray;
-use meniscus::stability::StabilityLimit;
-use meniscus::trajectory::{FailureClass, Outcome, Trajectory};
+use meniscus::campaign::file::Campaign;
+use meniscus::parameters::{ContactKind, Integrator, MASS, Model, regular_edge};
+use meniscus::physics::motion::guard::GuardedMotion;
+use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::ring::Ring;
+use meniscus::physics::ring::forces::area::Area;
+use meniscus::physics::ring::forces::contact::Contact;
+use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::gravity::Gravity;
+use meniscus::physics::ring::forces::tension::Tension;
+use meniscus::physics::simulate::stability::StabilityLimit;
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::results::trajectory::{FailureClass, Outcome, Trajectory};
 use single::{job, run};
 use std::sync::Arc;
 

@@ -1,15 +1,15 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
-use super::deadline::Deadline;
-use super::run::{Effort, shown, threads};
-use super::{Exit, Outcome, print, store_of};
-use meniscus::accuracy::{self, Accuracy, parts};
-use meniscus::campaign::Campaign;
-use meniscus::fits::RunRecord;
-use meniscus::job::{JobId, PointId};
-use meniscus::report::accuracy::{Origin, page, text};
-use meniscus::report::{front_plot, raster};
-use meniscus::store::{Origins, StoreError, origins, records};
+use crate::campaign::file::Campaign;
+use crate::cli::deadline::Deadline;
+use crate::cli::run::{Effort, shown, threads};
+use crate::cli::{Exit, Outcome, print, store_of};
+use crate::parameters::{JobId, PointId};
+use crate::report::accuracy::{Origin, page, text};
+use crate::report::{front_plot, raster};
+use crate::results::fits::RunRecord;
+use crate::store::{Origins, StoreError, origins, records};
+use crate::study::accuracy::{self, Accuracy, parts};
 use std::collections::HashMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -157,7 +157,7 @@ fn measured(dir: &Path) -> Result<String, StoreError> {
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     let model = model.map_or("an unknown processor", |(_, name)| name.trim());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let level = format!("{:?}", meniscus::vector::best_level());
+    let level = format!("{:?}", crate::physics::simd::best_level());
     let level = level.split('(').next().unwrap_or_default();
     let Origins { commits, days } = origins(dir)?;
     Ok(format!("{model}, {cores} cores, {level}, {days}, commit {commits}"))

@@ -1,7 +1,7 @@
 //! `meniscus check [DIR]`: whether a store is what it should be.
 
-use super::{Exit, Outcome, print, store_here};
-use meniscus::store::{CheckReport, check, repair};
+use crate::cli::{Exit, Outcome, print, store_here};
+use crate::store::{CheckReport, check, repair};
 use std::fmt::Write;
 use std::path::PathBuf;
 

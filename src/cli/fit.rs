@@ -1,10 +1,10 @@
 //! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, kept in the store and printed.
 
-use super::{Exit, Outcome, print, store_here};
-use meniscus::analysis::fit_all;
-use meniscus::job::PointId;
-use meniscus::report::tables::{decay_lengths, mean_speeds};
-use meniscus::store::{Store, point_runs, save_fits};
+use crate::cli::{Exit, Outcome, print, store_here};
+use crate::parameters::PointId;
+use crate::report::tables::{decay_lengths, mean_speeds};
+use crate::store::{Store, point_runs, save_fits};
+use crate::study::survival::fit_all;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -25,8 +25,8 @@ impl Arguments {
 
 /// Fits every point of the store in `dir`, keeps the rows, and returns the tables of those points that are `wanted`.
 pub fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
-    if meniscus::store::open_reading(dir)?.is_none() {
-        return Err(meniscus::store::StoreError::Missing(dir.to_owned()).into());
+    if crate::store::open_reading(dir)?.is_none() {
+        return Err(crate::store::StoreError::Missing(dir.to_owned()).into());
     }
     let mut store = Store::open(dir)?;
     let points = point_runs(store.connection())?;

@@ -1,11 +1,12 @@
 //! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
 
-use super::run::{this_round, threads};
-use super::{Exit, Outcome, print, store_of};
-use meniscus::campaign::Campaign;
-use meniscus::plan::{KnownJobs, Retry, plan};
-use meniscus::store::job_states;
-use meniscus::{speed, vector};
+use crate::campaign::file::Campaign;
+use crate::campaign::plan::{KnownJobs, Retry, plan};
+use crate::cli::run::{this_round, threads};
+use crate::cli::{Exit, Outcome, print, store_of};
+use crate::execute::machine_speed;
+use crate::physics::simd;
+use crate::store::job_states;
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
@@ -28,7 +29,7 @@ impl Arguments {
         let dir = store_of(self.store.as_deref(), &campaign.name);
         let campaign = this_round(&campaign, &dir)?;
         let known = KnownJobs::new(job_states(&dir)?);
-        let plan = plan(&campaign, &known, &Retry::Nothing, &speed::measure(vector::best_level()));
+        let plan = plan(&campaign, &known, &Retry::Nothing, &machine_speed::measure(simd::best_level()));
         print(&plan.render(threads(self.threads)))?;
         Ok(Exit::Done)
     }

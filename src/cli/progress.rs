@@ -1,7 +1,7 @@
 //! How a run shows where it stands: a bar for people who watch, a line now and then for logs.
 
-use meniscus::executor::schedule::Progress;
-use meniscus::plan::Plan;
+use crate::campaign::plan::Plan;
+use crate::execute::schedule::Progress;
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::path::Path;

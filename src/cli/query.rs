@@ -1,7 +1,7 @@
 //! `meniscus query DIR "SQL"`.
 
-use super::{Exit, Outcome};
-use meniscus::store::{Format, query};
+use crate::cli::{Exit, Outcome};
+use crate::store::{Format, query};
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 

@@ -1,13 +1,13 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use super::{Exit, Outcome, print};
-use meniscus::job::{JobId, JobState};
-use meniscus::report::animation::gif;
-use meniscus::report::caption::Caption;
-use meniscus::report::droplet::{Picture, View};
-use meniscus::report::raster::png;
-use meniscus::report::surroundings::Surroundings;
-use meniscus::store::{self, Format, JobStory, StoredJob};
+use crate::cli::{Exit, Outcome, print};
+use crate::parameters::{JobId, JobState};
+use crate::report::animation::gif;
+use crate::report::caption::Caption;
+use crate::report::droplet::{Picture, View};
+use crate::report::raster::png;
+use crate::report::surroundings::Surroundings;
+use crate::store::{self, Format, JobStory, StoredJob};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! `meniscus replay DUMP`: see a failure again.
 
-use super::{Exit, Outcome, print};
-use meniscus::executor::replay::Dump;
-use meniscus::vector;
+use crate::cli::{Exit, Outcome, print};
+use crate::execute::replay::Dump;
+use crate::physics::simd;
 use std::path::PathBuf;
 
 /// Arguments of `replay`.
@@ -19,7 +19,7 @@ impl Arguments {
         let (point, seed) = (&dump.job.point, dump.job.seed);
         let (model, scene) = (point.model.name(), point.scene.name());
         print(&format!("job {}: {model}, {scene}, seed {seed}, from step {} on\n", dump.id, dump.from_step()))?;
-        let now = dump.run(vector::best_level())?;
+        let now = dump.run(simd::best_level())?;
         match (now, dump.failure()) {
             (Err(now), Some(recorded)) if now == *recorded => {
                 print(&format!("failed as recorded: {now}\n"))?;

@@ -1,18 +1,17 @@
 //! `meniscus run CAMPAIGN.toml`: plan, run, resume, and end with the tables.
 
-use super::deadline::{Deadline, parse_time};
-use super::progress::Display;
-use super::{Exit, Outcome, fit, print, store_of};
-use meniscus::campaign::Campaign;
-use meniscus::executor::schedule::{Progress, StopReason};
-use meniscus::executor::{self, Options, Paused, Report};
-use meniscus::plan::{KnownJobs, Plan, Retry, plan};
-use meniscus::rounds::{Results, grown};
-use meniscus::store::{
-    CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading, point_runs,
-};
-use meniscus::trajectory::FailureClass;
-use meniscus::{speed, vector};
+use crate::campaign::file::Campaign;
+use crate::campaign::plan::{KnownJobs, Plan, Retry, plan};
+use crate::cli::deadline::{Deadline, parse_time};
+use crate::cli::progress::Display;
+use crate::cli::{Exit, Outcome, fit, print, store_of};
+use crate::execute::executor::{self, Options, Paused, Report};
+use crate::execute::machine_speed;
+use crate::execute::rounds::{Results, grown};
+use crate::execute::schedule::{Progress, StopReason};
+use crate::physics::simd;
+use crate::results::trajectory::FailureClass;
+use crate::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading, point_runs};
 use rusqlite::Connection;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::borrow::Cow;
@@ -214,7 +213,7 @@ impl Effort {
             signal_hook::flag::register(signal, interrupted.clone())?;
         }
         let mut store = Store::open(dir)?;
-        let level = vector::best_level();
+        let level = simd::best_level();
         if let Some(class) = self.retry {
             store.retry(match class {
                 RetryClass::All => None,
@@ -222,7 +221,7 @@ impl Effort {
             })?;
         }
         let registered = register(&mut store, campaign)?;
-        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &speed::measure(level));
+        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &machine_speed::measure(level));
         store.begin_run(&Provenance {
             program_version: env!("CARGO_PKG_VERSION"),
             git_commit: env!("MENISCUS_COMMIT"),
@@ -271,7 +270,7 @@ fn readable(dir: &Path) -> Result<Option<Connection>, StoreError> {
 
 /// What the campaign still has to do, by what the store says now; no time is estimated.
 fn plan_now(campaign: &Campaign, dir: &Path) -> Result<Plan, Box<dyn Error>> {
-    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &meniscus::plan::Speed::default()))
+    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &crate::campaign::plan::Speed::default()))
 }
 
 /// Whether every job of the campaign is done or has failed.

@@ -1,10 +1,11 @@
 //! `meniscus status [DIR]`: how far a store has come.
 
-use super::progress::human;
-use super::{Exit, Outcome, print, store_here};
-use meniscus::executor::schedule::Progress;
-use meniscus::store::{RunProgress, StateCounts, Status, Work, status, work};
-use meniscus::{speed, vector};
+use crate::cli::progress::human;
+use crate::cli::{Exit, Outcome, print, store_here};
+use crate::execute::machine_speed;
+use crate::execute::schedule::Progress;
+use crate::physics::simd;
+use crate::store::{RunProgress, StateCounts, Status, Work, status, work};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -22,13 +23,13 @@ impl Arguments {
     /// Runs the subcommand.
     pub fn run(&self) -> Outcome {
         let dir = store_here(self.store.as_deref())?;
-        if meniscus::store::open_reading(&dir)?.is_none() {
-            return Err(meniscus::store::StoreError::Missing(dir).into());
+        if crate::store::open_reading(&dir)?.is_none() {
+            return Err(crate::store::StoreError::Missing(dir).into());
         }
         let status = status(&dir)?;
         let time_left = match status.holder {
             Some(_) => {
-                let speed = speed::measure(vector::best_level());
+                let speed = machine_speed::measure(simd::best_level());
                 let left =
                     |work: Work| Progress::seen(&work.points, |point| speed.expected_s(point)).time_left(work.elapsed);
                 work(&dir)?.and_then(left)

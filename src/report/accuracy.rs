@@ -1,10 +1,10 @@
 //! What accuracy costs, as tables: a ladder each, the settings of each scene, and sentences of what they show.
 
-use super::rounding::{significant, to_precision};
-use crate::accuracy::front::{Front, Spot};
-use crate::accuracy::ladder::{Column, Knob, Ladder};
-use crate::accuracy::order::Order;
-use crate::accuracy::{Accuracy, Deviation};
+use crate::report::rounding::{significant, to_precision};
+use crate::study::accuracy::front::{Front, Spot};
+use crate::study::accuracy::ladder::{Column, Knob, Ladder};
+use crate::study::accuracy::order::Order;
+use crate::study::accuracy::{Accuracy, Deviation};
 use comfy_table::CellAlignment;
 
 /// Lines above and below the table and under its head, none between rows or columns.
@@ -239,7 +239,7 @@ pub fn page(accuracy: &Accuracy, origin: &Origin) -> String {
     out += "\n## Settings, and the front\n\n";
     out.extend(accuracy.fronts.iter().map(|one| front(one).markdown()));
     out += &format!("```text\n{FRONT_NOTE}```\n\n## One knob at a time\n\n");
-    for study in crate::accuracy::study::Study::ALL {
+    for study in crate::study::accuracy::study::Study::ALL {
         let ladders: Vec<_> = accuracy.ladders.iter().filter(|ladder| ladder.study == study).collect();
         if ladders.is_empty() {
             continue;

@@ -3,7 +3,7 @@
 //! All frames share one palette, so that nothing flickers: the 256 most frequent colours of a few frames. The pictures are
 //! flat, so what is lost are shades of smoothed edges.
 
-use super::raster::{RasterError, pixels};
+use crate::report::raster::{RasterError, pixels};
 use gif::{Encoder, Frame, Repeat};
 use resvg::tiny_skia::Pixmap;
 use std::borrow::Cow;

@@ -1,7 +1,7 @@
 //! The table of a calibration: a row for each trial, then what they say together.
 
-use super::rounding::{significant, to_precision};
-use crate::calibrate::{Calibration, Estimate};
+use crate::report::rounding::{significant, to_precision};
+use crate::study::calibrate::{Calibration, Estimate};
 use comfy_table::{CellAlignment, Table};
 
 /// Lines above and below the table and under its head, none between rows or columns.

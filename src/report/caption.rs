@@ -1,8 +1,8 @@
 //! The words under a picture: what happened, to which droplet, in which job.
 
-use super::rounding::significant;
-use crate::job::{Density, JobId, Model, Point, Scene};
-use crate::shape::ShapeRecord;
+use crate::parameters::{Density, JobId, Model, Point, Scene};
+use crate::report::rounding::significant;
+use crate::results::outline::ShapeRecord;
 use crate::store::JobStory;
 
 /// Stands between two items of a line.

@@ -3,12 +3,12 @@
 //! Arrows end where an obstacle pushes and are as long as the force is strong; the dark one is the droplet's weight on the same scale, so
 //! at a clog the red ones add up to its opposite. The outline is as wide as the vertices, delta.
 
-use super::caption::Caption;
-use super::surroundings::Surroundings;
-use super::svg::{arrow, circle, points, px, text};
-pub use super::view::View;
-use crate::job::{MASS, Model};
-use crate::shape::ShapeRecord;
+use crate::parameters::{MASS, Model};
+use crate::report::caption::Caption;
+use crate::report::surroundings::Surroundings;
+use crate::report::svg::{arrow, circle, points, px, text};
+pub use crate::report::view::View;
+use crate::results::outline::ShapeRecord;
 use std::fmt::Write;
 
 const WATER: &str = "#56a8e2";
@@ -58,7 +58,7 @@ impl Picture<'_> {
         ];
         let (words, words_height) = self.words(shape, width, height + 2.0 * FRAME);
         let (full_width, full_height) = (px(width + 2.0 * FRAME), px(height + 2.0 * FRAME + words_height));
-        let title = super::svg::escape(&self.caption.title());
+        let title = crate::report::svg::escape(&self.caption.title());
         let mut out = String::new();
         let _ = write!(
             out,

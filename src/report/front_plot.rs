@@ -1,8 +1,8 @@
 //! The plot of error against time: a panel for each scene, both axes logarithmic, the front as a line.
 
-use super::svg::{circle, line, points, px, text};
-use crate::accuracy::front::{Front, Spot};
-use crate::job::Integrator;
+use crate::parameters::Integrator;
+use crate::report::svg::{circle, line, points, px, text};
+use crate::study::accuracy::front::{Front, Spot};
 use std::fmt::Write;
 
 /// Width and height of a panel, in pixels; two stand side by side.

@@ -1,8 +1,10 @@
 //! The parameters of grid points by the names that campaigns and the view `runs` use, split into those that vary over
 //! the rows of a table and those that do not.
 
-use super::rounding::significant;
-use crate::job::{Channel, Deformable, Density, Limits, LoneDisc, Model, ObstacleField, Point, Scene, Soft, Stepping};
+use crate::parameters::{
+    Channel, Deformable, Density, Limits, LoneDisc, Model, ObstacleField, Point, Scene, Soft, Stepping,
+};
+use crate::report::rounding::significant;
 use std::cmp::Ordering;
 
 /// Significant digits of a parameter, more only where they tell two values of a column apart.

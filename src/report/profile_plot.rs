@@ -1,7 +1,7 @@
 //! The plot of a fit: speed and shape against the position of the droplet, frames as points, simulations as lines.
 
-use super::rounding::significant;
-use super::svg::{circle, line, points, px, text};
+use crate::report::rounding::significant;
+use crate::report::svg::{circle, line, points, px, text};
 use std::fmt::Write;
 
 /// Width of the picture, height of a panel, in pixels.

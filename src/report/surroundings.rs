@@ -1,11 +1,11 @@
 //! What stands around a droplet, made again from the job's scene and seed, and drawn.
 
-use super::svg::circle;
-use super::view::View;
-use crate::job::{Channel, Point, Scene};
-use crate::scene::obstacles::ObstacleArray;
-use crate::shape::ShapeRecord;
-use crate::trajectory::Failure;
+use crate::parameters::{Channel, Point, Scene};
+use crate::physics::walls::arrays::obstacles::ObstacleArray;
+use crate::report::svg::circle;
+use crate::report::view::View;
+use crate::results::outline::ShapeRecord;
+use crate::results::trajectory::Failure;
 
 const OBSTACLE: &str = "#c3cad4";
 const OBSTACLE_EDGE: &str = "#9aa4b2";
@@ -97,9 +97,9 @@ fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String
     // Periodic images are drawn where the droplet is.
     array.for_each_in([0.0; 2], [x0 - radius, x1 + radius, y0 - radius, y1 + radius], |disc| discs.push(disc));
     discs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let draw = |disc: &crate::scene::disc::Disc| {
+    let draw = |disc: &crate::physics::walls::disc::Disc| {
         let reach = radius + 0.6;
-        let bears = |load: &crate::shape::LoadRecord| {
+        let bears = |load: &crate::results::outline::LoadRecord| {
             load.obstacle == disc.id && (load.x - disc.x).abs() < reach && (load.y - disc.y).abs() < reach
         };
         let style = if shape.loads.iter().any(bears) { format!("fill=\"{LOADED}\"") } else { String::new() };

@@ -3,12 +3,12 @@
 //! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
 //! sorted by those columns. The lines under the last table say what the columns mean.
 
-use super::parameters::{Split, split};
-use super::rounding::{lower_bound, significant, to_precision, with_interval};
-use crate::analysis::FittedPoint;
-use crate::fits::{LambdaFit, SpeedAverage};
-use crate::job::{Point, Scene};
-use crate::trajectory::Mechanism;
+use crate::parameters::{Point, Scene};
+use crate::report::parameters::{Split, split};
+use crate::report::rounding::{lower_bound, significant, to_precision, with_interval};
+use crate::results::fits::{LambdaFit, SpeedAverage};
+use crate::results::trajectory::Mechanism;
+use crate::study::survival::FittedPoint;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 /// Below this probability a row is marked.

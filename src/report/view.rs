@@ -2,7 +2,7 @@
 //!
 //! Droplets fall: gravity, the +x of the world, points down, and +y points right, a rotation by a quarter turn.
 
-use crate::shape::ShapeRecord;
+use crate::results::outline::ShapeRecord;
 
 /// Room above the droplet, below it, and on either side, in sigma.
 const MARGINS: [f64; 3] = [1.25, 0.85, 1.05];

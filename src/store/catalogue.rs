@@ -3,8 +3,8 @@
 //! A lookup of one job decodes just its rows. A join that walks many small jobs of one file would decode the same page
 //! again and again, so a second lookup close to the last one decodes the pages around it whole, and keeps them.
 
-use super::samples::{OpenFile, PAGE_ROWS};
-use super::{StoreError, database, read, readers};
+use crate::store::samples::{OpenFile, PAGE_ROWS};
+use crate::store::{StoreError, database, read, readers};
 use arrow::array::{RecordBatch, RecordBatchReader};
 use arrow::compute::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;

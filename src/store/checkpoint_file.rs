@@ -10,8 +10,8 @@
 //! state after, and nothing between. There is one file a job, replaced and never appended to, of at most
 //! [`LARGEST`] bytes.
 
-use super::{StoreError, disk, sync};
-use crate::job::{JobId, PHYSICS_VERSION};
+use crate::parameters::{JobId, PHYSICS_VERSION};
+use crate::store::{StoreError, disk, sync};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::fs::File;

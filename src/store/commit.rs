@@ -3,12 +3,12 @@
 //! A crash between the two leaves a file that no row names, removed at the next opening. Committing the same batch again
 //! is harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
-use super::folders::dump_path;
-use super::samples::{self, SCHEMA_VERSION, SampleFile};
-use super::shapes::save_shapes;
-use super::{Store, StoreError, database, disk};
-use crate::job::JobId;
-use crate::trajectory::{Clog, Failure, Samples, Trajectory};
+use crate::parameters::JobId;
+use crate::results::trajectory::{Clog, Failure, Samples, Trajectory};
+use crate::store::folders::dump_path;
+use crate::store::samples::{self, SCHEMA_VERSION, SampleFile};
+use crate::store::shapes::save_shapes;
+use crate::store::{Store, StoreError, database, disk};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::HashSet;
 use std::path::Path;

@@ -7,8 +7,8 @@
 //! and not while a reader may still see them: readers hold the file `readers` locked, shared, for as long as their look at
 //! the catalogue lasts. What cannot go now is no longer catalogued, and is collected later as an orphan.
 
-use super::samples::{self, OpenFile, SCHEMA_VERSION, SampleFile};
-use super::{Store, StoreError, database, disk};
+use crate::store::samples::{self, OpenFile, SCHEMA_VERSION, SampleFile};
+use crate::store::{Store, StoreError, database, disk};
 use rusqlite::{Connection, params};
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! What can go wrong with a store, each with the place and the next step.
 
-use super::lock::Holder;
-use crate::job::JobId;
+use crate::parameters::JobId;
+use crate::store::lock::Holder;
 use rusqlite::ErrorCode;
 use std::path::{Path, PathBuf};
 

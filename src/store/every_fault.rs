@@ -3,14 +3,14 @@
 //! An undisturbed run counts the operations. Then, for each of them: it fails; or it is the last before the process dies; or
 //! the machine loses its power after it. What is left is checked, opened and run on, and must equal the undisturbed store.
 
-use super::disk::faults::{Fault, arm, disarm};
-use super::*;
-use crate::campaign::Campaign;
-use crate::job::{Job, JobId};
-use crate::scene::library::ArrayLibrary;
-use crate::simulate::{Context, simulate};
-use crate::trajectory::{Failure, Trajectory};
-use crate::vector::best_level;
+use crate::campaign::file::Campaign;
+use crate::parameters::{Job, JobId};
+use crate::physics::simd::best_level;
+use crate::physics::simulate::{Context, simulate};
+use crate::physics::walls::arrays::library::ArrayLibrary;
+use crate::results::trajectory::{Failure, Trajectory};
+use crate::store::disk::faults::{Fault, arm, disarm};
+use crate::store::*;
 use std::sync::atomic::AtomicBool;
 
 const CAMPAIGN: &str = r#"
@@ -62,7 +62,7 @@ impl Results {
         store.begin_run(&who)?;
         let pending: HashSet<_> = job_states(dir)?
             .into_iter()
-            .filter_map(|(id, state)| (state == crate::job::JobState::Pending).then_some(id))
+            .filter_map(|(id, state)| (state == crate::parameters::JobState::Pending).then_some(id))
             .collect();
         // A commit an outcome, so that what happens does not depend on the clock.
         let options = WriterOptions {

@@ -1,11 +1,11 @@
 //! What `fit` reads, the finished runs of every grid point, and what it leaves: the rows behind `lambda_fits` and
 //! `speed_averages`.
 
-use super::read::{corrupt, parse_point};
-use super::{Store, StoreError, database, disk};
-use crate::fits::{FinishedRun, LambdaFit, PointRuns, SpeedAverage};
-use crate::job::PointId;
-use crate::trajectory::{Mechanism, Outcome};
+use crate::parameters::PointId;
+use crate::results::fits::{FinishedRun, LambdaFit, PointRuns, SpeedAverage};
+use crate::results::trajectory::{Mechanism, Outcome};
+use crate::store::read::{corrupt, parse_point};
+use crate::store::{Store, StoreError, database, disk};
 use rusqlite::{Connection, Transaction, params};
 use std::path::Path;
 

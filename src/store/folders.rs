@@ -3,8 +3,8 @@
 //! The database decides what in them counts: a checkpoint of a job that has ended, and a dump of a job that has not failed, are
 //! left over from a crash, and go at the next opening.
 
-use super::{StoreError, checkpoint_file, database, disk, quarantine};
-use crate::job::JobId;
+use crate::parameters::JobId;
+use crate::store::{StoreError, checkpoint_file, database, disk, quarantine};
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 //! The file `lock` also holds pid and host of its holder, so that a refusal can name them. The text alone means nothing:
 //! only the kernel's lock does. WAL needs shared memory between processes, hence the refusal of network file systems.
 
-use super::StoreError;
+use crate::store::StoreError;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};

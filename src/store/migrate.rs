@@ -3,7 +3,7 @@
 //! `application_id` says that a database is a store at all. All that a store lacks is one transaction, so a crash
 //! leaves it before or after. Append to the list; a released text never changes.
 
-use super::{StoreError, disk};
+use crate::store::{StoreError, disk};
 use rusqlite::{Connection, TransactionBehavior};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! How long the writer waits where saving fails: until there is room on a full disk, a few times for anything else, and no
 //! longer once the run is to end.
 
-use super::StoreError;
+use crate::store::StoreError;
 use std::error::Error;
 use std::io::ErrorKind;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! `quarantine/`: where a repair puts what is broken. Nothing in it is ever read, replaced or removed by the program.
 
-use super::{StoreError, disk};
+use crate::store::{StoreError, disk};
 use std::path::{Path, PathBuf};
 
 /// The folder of the store in `dir` for what is broken.

@@ -1,7 +1,7 @@
 //! SQL over a store: `runs`, `clog_events`, `lambda_fits`, `speed_averages` and `samples` in one statement, read-only.
 
-use super::format::{Format, Sink};
-use super::{StoreError, functions, open_reading, samples_table};
+use crate::store::format::{Format, Sink};
+use crate::store::{StoreError, functions, open_reading, samples_table};
 use rusqlite::{Connection, Statement};
 use std::io::Write;
 use std::path::Path;

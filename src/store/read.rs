@@ -2,8 +2,8 @@
 //!
 //! Reading takes no lock: it works while a run goes on, and takes a store that does not exist for an empty one.
 
-use super::{BUSY_TIMEOUT, StoreError, database, migrate};
-use crate::job::{JobId, JobState, Point};
+use crate::parameters::{JobId, JobState, Point};
+use crate::store::{BUSY_TIMEOUT, StoreError, database, migrate};
 use rusqlite::config::DbConfig;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use std::path::Path;

@@ -3,7 +3,7 @@
 //! A reader holds the file `readers` locked, shared, while its look at the catalogue lasts; whoever finds it free knows
 //! that nobody looks at an older catalogue. The kernel releases the lock with the process.
 
-use super::StoreError;
+use crate::store::StoreError;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::Path;
 

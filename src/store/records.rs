@@ -1,9 +1,9 @@
 //! Everything that single jobs left, their time series included.
 
-use super::{StoreError, database, open_reading, samples_table};
-use crate::fits::RunRecord;
-use crate::job::JobId;
-use crate::trajectory::{Outcome, Samples};
+use crate::parameters::JobId;
+use crate::results::fits::RunRecord;
+use crate::results::trajectory::{Outcome, Samples};
+use crate::store::{StoreError, database, open_reading, samples_table};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 

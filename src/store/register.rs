@@ -1,8 +1,8 @@
 //! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
 
-use super::{Holder, Store, StoreError, database, disk, unix_now};
-use crate::campaign::Campaign;
-use crate::job::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
+use crate::campaign::file::Campaign;
+use crate::parameters::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
+use crate::store::{Holder, Store, StoreError, database, disk, unix_now};
 use rusqlite::types::Value;
 use rusqlite::{Connection, params, params_from_iter};
 use std::ops::Range;
@@ -118,7 +118,7 @@ impl Store {
         let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
         let end = || {
             transaction.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run))?;
-            super::give_back(&transaction)
+            crate::store::give_back(&transaction)
         };
         end().map_err(StoreError::sql(&path))?;
         disk::commit(transaction, &path)

@@ -5,9 +5,9 @@
 //! zstd level 3 gains nothing over 1. The rows of a job are contiguous; the catalogue knows the first and their number,
 //! so that reading one job decodes a page or two of each column.
 
-use super::{StoreError, disk, samples_dir};
-use crate::job::JobId;
-use crate::trajectory::Samples;
+use crate::parameters::JobId;
+use crate::results::trajectory::Samples;
+use crate::store::{StoreError, disk, samples_dir};
 use arrow::array::{ArrayRef, AsArray, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
 use arrow::datatypes::{DataType, Field, Float64Type, Int32Type, Schema, SchemaRef};
 use parquet::arrow::arrow_reader::{

@@ -7,9 +7,9 @@
 //! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else is unsafe.
 #![allow(unsafe_code)]
 
-use super::StoreError;
-use super::catalogue::{Catalogue, JobRows};
-use super::samples::{COLUMNS, numbers};
+use crate::store::StoreError;
+use crate::store::catalogue::{Catalogue, JobRows};
+use crate::store::samples::{COLUMNS, numbers};
 use arrow::array::{Array, AsArray, RecordBatch, StringArray};
 use arrow::datatypes::Int32Type;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;

@@ -7,7 +7,7 @@
 //!
 //! The file itself begins with a magic word and the blake3 of the rest.
 
-use super::{StoreError, database, disk};
+use crate::store::{StoreError, database, disk};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! Shapes of droplets, and whatever else a picture of a job needs: its story and its path.
 
-use super::read::corrupt;
-use super::{StoreError, database, open_reading, samples_table};
-use crate::job::JobId;
-use crate::shape::ShapeRecord;
+use crate::parameters::JobId;
+use crate::results::outline::ShapeRecord;
+use crate::store::read::corrupt;
+use crate::store::{StoreError, database, open_reading, samples_table};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Where a store stands: counts, failures by class, and what an estimate of the time left needs.
 
-use super::{Holder, StoreError, database, lock, open_reading, unix_now};
+use crate::store::{Holder, StoreError, database, lock, open_reading, unix_now};
 use rusqlite::{Connection, OptionalExtension};
 use serde::Serialize;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! What the last run has done and left, point by point: what an estimate of the time left is made from.
 
-use super::read::parse_point;
-use super::status::last_provenance;
-use super::{StoreError, database, open_reading, unix_now};
-use crate::job::Point;
+use crate::parameters::Point;
+use crate::store::read::parse_point;
+use crate::store::status::last_provenance;
+use crate::store::{StoreError, database, open_reading, unix_now};
 use rusqlite::Connection;
 use std::path::Path;
 use std::time::Duration;

@@ -5,12 +5,12 @@
 //! with its batch kept: without end while the disk is full, else until the last try. Then, or when the run is to end, the
 //! writer stops, and [`Writer::finish`] says why.
 
-use super::commit::{Batch, FinishedJob, commit};
-use super::compact;
-use super::patience::{self, Hurry};
-use super::{Store, StoreError, unix_now};
-use crate::job::JobId;
-use crate::trajectory::{Failure, FailureClass, Trajectory};
+use crate::parameters::JobId;
+use crate::results::trajectory::{Failure, FailureClass, Trajectory};
+use crate::store::commit::{Batch, FinishedJob, commit};
+use crate::store::compact;
+use crate::store::patience::{self, Hurry};
+use crate::store::{Store, StoreError, unix_now};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};

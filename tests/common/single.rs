@@ -1,11 +1,11 @@
 //! One job of a campaign given as text, run alone.
 
-use meniscus::campaign::Campaign;
-use meniscus::job::{Integrator, Job};
-use meniscus::scene::library::ArrayLibrary;
-use meniscus::simulate::{Context, simulate};
-use meniscus::trajectory::{Failure, Trajectory};
-use meniscus::vector::best_level;
+use meniscus::campaign::file::Campaign;
+use meniscus::parameters::{Integrator, Job};
+use meniscus::physics::simd::best_level;
+use meniscus::physics::simulate::{Context, simulate};
+use meniscus::physics::walls::arrays::library::ArrayLibrary;
+use meniscus::results::trajectory::{Failure, Trajectory};
 use std::sync::atomic::AtomicBool;
 
 /// The first job of a campaign of these keys (DP unless they say otherwise), and the integrator it has.

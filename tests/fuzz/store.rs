@@ -1,13 +1,13 @@
 //! Stores whose files hold anything: asked, checked, opened, repaired.
 
 use super::mutate::{Random, mutate};
-use meniscus::job::{Density, JobId, Model, ObstacleField, Point, Scene, Soft};
-use meniscus::shape::ShapeRecord;
+use meniscus::parameters::{Density, JobId, Model, ObstacleField, Point, Scene, Soft};
+use meniscus::results::outline::ShapeRecord;
+use meniscus::results::trajectory::{Outcome, Samples, Trajectory};
 use meniscus::store::{
     CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions, check, checkpoint_file, job_states,
     query, repair, status,
 };
-use meniscus::trajectory::{Outcome, Samples, Trajectory};
 use std::path::Path;
 
 /// A valid store as its files: names within the folder, and bytes.

@@ -2,7 +2,7 @@
 //! happened.
 
 use super::make::*;
-use meniscus::job::JobId;
+use meniscus::parameters::JobId;
 use meniscus::store::{CheckReport, Format, Store, StoreError, Writer, check, checkpoint_file, query, repair};
 use rusqlite::Connection;
 use std::path::{Path, PathBuf};

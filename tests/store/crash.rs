@@ -1,7 +1,7 @@
 //! What a crash, a second process, a full disk or another version can do to a store: nothing that a reader would see.
 
 use super::make::*;
-use meniscus::job::JobId;
+use meniscus::parameters::JobId;
 use meniscus::store::{Message, Store, StoreError, Writer, WriterStopped, query, status};
 use rusqlite::Connection;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Points, trajectories and stores to test with.
 
-use meniscus::job::{Deformable, Density, JobId, Model, ObstacleField, Point, Scene, Soft};
-use meniscus::shape::{LoadRecord, ShapeRecord};
+use meniscus::parameters::{Deformable, Density, JobId, Model, ObstacleField, Point, Scene, Soft};
+use meniscus::results::outline::{LoadRecord, ShapeRecord};
+use meniscus::results::trajectory::{Clog, Failure, FailureClass, Mechanism, Outcome, Samples, Trajectory};
 use meniscus::store::{CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions};
-use meniscus::trajectory::{Clog, Failure, FailureClass, Mechanism, Outcome, Samples, Trajectory};
 use rusqlite::Connection;
 use rusqlite::types::FromSql;
 use std::path::Path;

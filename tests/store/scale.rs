@@ -1,7 +1,7 @@
 //! Large stores. The figures are printed, not asserted: `cargo test --release --test store -- --ignored --nocapture`.
 
 use super::make::*;
-use meniscus::job::Point;
+use meniscus::parameters::Point;
 use meniscus::store::{Format, Store, Writer, WriterOptions, job_states, point_runs, query, status, work};
 use std::path::Path;
 use std::time::Instant;
@@ -74,7 +74,7 @@ fn figures_of_a_million_jobs() {
 }
 
 /// A long run of a ring that flows unevenly, with a recorded sample every 10 t0.
-fn long_run(seed: u64) -> meniscus::trajectory::Trajectory {
+fn long_run(seed: u64) -> meniscus::results::trajectory::Trajectory {
     let mut run = trajectory(&ring(1.0), seed, 20_000);
     let samples = &mut run.samples;
     let mut r = 0.0;
@@ -101,7 +101,7 @@ fn figures_of_long_series() {
     timed(&format!("write 200 outcomes, {rows} samples"), || {
         let writer = Writer::spawn(store, WriterOptions::default()).unwrap();
         for (seed, run) in runs.into_iter().enumerate() {
-            let job = meniscus::job::JobId::new(ring(1.0).id(), seed as u64);
+            let job = meniscus::parameters::JobId::new(ring(1.0).id(), seed as u64);
             writer.sender().send(meniscus::store::Message::Finished { job, result: Ok(run), wall_s: 1.0 }).unwrap();
         }
         writer.finish().unwrap()

@@ -1,8 +1,8 @@
 //! How long the rest takes: by what jobs cost, not by their number.
 
 use super::make::*;
-use meniscus::executor::schedule::Progress;
-use meniscus::job::{Model, Point};
+use meniscus::execute::schedule::Progress;
+use meniscus::parameters::{Model, Point};
 use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Writer, work};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,13 +1,13 @@
 //! Registering, writing, fitting: what goes in.
 
 use super::make::*;
-use meniscus::fits::{LambdaFit, SpeedAverage};
-use meniscus::job::{JobId, JobState};
+use meniscus::parameters::{JobId, JobState};
+use meniscus::results::fits::{LambdaFit, SpeedAverage};
+use meniscus::results::trajectory::{FailureClass, Mechanism, Outcome};
 use meniscus::store::{
     CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job, job_states,
     point_runs, save_fits, shapes, status,
 };
-use meniscus::trajectory::{FailureClass, Mechanism, Outcome};
 use std::time::Duration;
 
 #[test]
@@ -110,7 +110,7 @@ fn a_trajectory_that_is_not_a_number_fails_alone() {
     let mut store = Store::open(dir.path()).unwrap();
     register(&mut store, std::slice::from_ref(&point), 3);
     let writer = Writer::spawn(store, options(10)).unwrap();
-    let spoil = |seed, spoil: fn(&mut meniscus::trajectory::Trajectory)| {
+    let spoil = |seed, spoil: fn(&mut meniscus::results::trajectory::Trajectory)| {
         let mut run = trajectory(&point, seed, 2);
         spoil(&mut run);
         let job = JobId::new(point.id(), seed);

@@ -1,9 +1,9 @@
 //! Files of frames and what is written beside them: the fitted profile as CSV, the plot as SVG and PNG.
 
-use meniscus::calibrate::TrialFit;
-use meniscus::calibrate::frames::{self, FramesError, Trial};
-use meniscus::calibrate::profile::Profile;
-use meniscus::report::{profile_plot, raster};
+use crate::report::{profile_plot, raster};
+use crate::study::calibrate::TrialFit;
+use crate::study::calibrate::frames::{self, FramesError, Trial};
+use crate::study::calibrate::profile::Profile;
 use std::collections::HashSet;
 use std::error::Error;
 use std::io::Write;

@@ -1,7 +1,7 @@
 //! Files of unfinished trajectories and of failures: each is whole, and belongs to a job that can use it.
 
-use super::{Examination, within};
-use crate::job::JobId;
+use crate::parameters::JobId;
+use crate::store::check::{Examination, within};
 use crate::store::checkpoint_file::{self, CheckpointError};
 use crate::store::{Store, StoreError, database, quarantine};
 use rusqlite::{Connection, OptionalExtension};
@@ -33,12 +33,12 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &Store) -> Result<(), St
 
 fn bad(dir: &Path, conn: &Connection) -> Result<Vec<Bad>, StoreError> {
     let mut found = Vec::new();
-    for path in super::files::listed(&dir.join("checkpoints"))? {
+    for path in crate::store::check::files::listed(&dir.join("checkpoints"))? {
         if let Some((problem, follows)) = useless_checkpoint(dir, conn, &path)? {
             found.push(Bad { path, problem, follows });
         }
     }
-    for path in super::files::listed(&dir.join("dumps"))? {
+    for path in crate::store::check::files::listed(&dir.join("dumps"))? {
         if let Err(problem @ CheckpointError::Damaged { .. }) = checkpoint_file::read(&path) {
             let follows = "`run --retry` of the job's class makes another";
             found.push(Bad { path, problem: said(&problem), follows });

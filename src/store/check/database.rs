@@ -1,8 +1,8 @@
 //! Whether the database can be trusted at all, and making one that can.
 
-use super::header;
-use super::rescue::{self, Rescued};
-use super::{Examination, within};
+use crate::store::check::header;
+use crate::store::check::rescue::{self, Rescued};
+use crate::store::check::{Examination, within};
 use crate::store::seal::{self, Found, Seal};
 use crate::store::{BUSY_TIMEOUT, StoreError, database, disk, migrate, quarantine, samples_dir};
 use rusqlite::{Connection, OpenFlags};
@@ -137,7 +137,7 @@ fn examine(dir: &Path, alone: bool) -> Result<Option<Damage>, StoreError> {
     let file_bytes = path.metadata().map_err(StoreError::io(&path))?.len();
     let has_log = seal::log(dir).metadata().is_ok_and(|log| log.len() > 0);
     let sealed = seal::path(dir).exists();
-    if file_bytes == 0 && !has_log && !sealed && !super::files::listed(&samples_dir(dir))?.is_empty() {
+    if file_bytes == 0 && !has_log && !sealed && !crate::store::check::files::listed(&samples_dir(dir))?.is_empty() {
         return Ok(Some(Damage::Absent));
     }
     // Nothing but a look at the file until here: closing it would drop the locks that SQLite holds for this process.

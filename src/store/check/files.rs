@@ -1,6 +1,6 @@
 //! Sample files against the catalogue: bytes, checksum, rows, and whose rows they are.
 
-use super::{Examination, keep_a_copy, rows, within};
+use crate::store::check::{Examination, keep_a_copy, rows, within};
 use crate::store::compact::{self, Source};
 use crate::store::samples::OpenFile;
 use crate::store::{Store, StoreError, database, disk, quarantine, samples_dir};

@@ -1,6 +1,6 @@
 //! Points and jobs against the hashes that name them: a parameter or a seed that changed on the disk has another id.
 
-use crate::job::{JobId, PointId};
+use crate::parameters::{JobId, PointId};
 use crate::store::read::parse_point;
 use crate::store::register::columns;
 use rusqlite::types::Value;

@@ -3,9 +3,9 @@
 //! A program whose defaults changed makes other points of the same text; a plan of which the store knows no point is
 //! such a one, and not judged.
 
-use super::Examination;
-use crate::campaign::Campaign;
-use crate::job::{JobId, PHYSICS_VERSION};
+use crate::campaign::file::Campaign;
+use crate::parameters::{JobId, PHYSICS_VERSION};
+use crate::store::check::Examination;
 use crate::store::register::{CampaignRecord, PlannedPoint};
 use crate::store::{Store, StoreError, database};
 use rusqlite::Connection;

@@ -4,7 +4,7 @@
 //! new database makes its own. What is copied is judged afterwards, row by row, as every store's rows are: ids are hashes
 //! of what they name, so a wrong row does not pass for a right one.
 
-use super::{count, header};
+use crate::store::check::{count, header};
 use crate::store::seal::{self, Seal};
 use crate::store::{StoreError, database, disk, migrate};
 use rusqlite::types::Value;

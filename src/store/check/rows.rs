@@ -4,7 +4,7 @@
 //! nothing go too. Jobs of another physics version cannot be computed again; they lose their outcome only where it
 //! contradicts itself.
 
-use super::{Examination, identity, keep_a_copy};
+use crate::store::check::{Examination, identity, keep_a_copy};
 use crate::store::{Store, StoreError, database, disk};
 use rusqlite::{Connection, Transaction};
 use std::path::PathBuf;
@@ -129,7 +129,7 @@ pub(super) fn forget(conn: &Connection, job: i64) -> rusqlite::Result<()> {
 /// Reports rows that break a rule.
 pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(), StoreError> {
     let path = database(work.dir);
-    work.report.jobs = super::count(conn, "SELECT count(*) FROM jobs").map_err(StoreError::sql(&path))?;
+    work.report.jobs = crate::store::check::count(conn, "SELECT count(*) FROM jobs").map_err(StoreError::sql(&path))?;
     for wrong in identity::wrong(conn).map_err(StoreError::sql(&path))?.told() {
         work.find(&path, wrong, "a repair drops them, `run` adds and computes them again");
     }
@@ -163,7 +163,7 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<()
         disk::commit(transaction, &path)?;
         again
     };
-    let place = kept.map(|place| super::within(work.dir, &place)).unwrap_or_default();
+    let place = kept.map(|place| crate::store::check::within(work.dir, &place)).unwrap_or_default();
     for finding in &mut work.report.findings[before..] {
         finding.cure = format!("put right, {again} jobs are pending again; the database as it was is {place}");
     }

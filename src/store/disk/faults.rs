@@ -5,7 +5,7 @@
 //! the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut in half, names
 //! are as before, removed files are back.
 
-use super::Operation;
+use crate::store::disk::Operation;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -1,0 +1,290 @@
+//! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose errors stay below it.
+//!
+//! The settings and their errors stand in `tolerance/measured.toml`, which `meniscus accuracy --record` writes. The error of a
+//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved added:
+//!
+//! | kind | observables |
+//! |---|---|
+//! | channel | `A_max - 1`, transit time from h = -1 to 1 |
+//! | flow: arrays whose gaps are as wide as the droplet, or wider | `<v_g>` |
+//! | clog: arrays of narrower gaps | lambda |
+//! | free | V_t, E_k/E_t, the way fallen |
+//!
+//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are. They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
+//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
+
+use crate::campaign::choose::stepping;
+use crate::parameters::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
+use crate::physics::simulate::stability::{AUTO_SHARE, StabilityLimit};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+/// Vertices of a ring by default.
+const DEFAULT_VERTICES: usize = 256;
+
+/// N_v, the integrator, and its step where that is not the automatic one.
+pub type Knobs = (usize, Integrator, Option<f64>);
+
+/// Kinds of scenes that settings were measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A droplet that touches nothing.
+    Free,
+    /// Through a constriction.
+    Channel,
+    /// In an array whose gaps let the droplet pass.
+    Flow,
+    /// In an array of narrower gaps.
+    Clog,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
+
+    /// The kind of a deformable droplet's scene; `None` where nothing was measured.
+    pub fn of(point: &Point) -> Option<Self> {
+        let Model::Deformable(ring) = &point.model else { return None };
+        let radius = 0.5 * (1.0 + ring.delta);
+        match &point.scene {
+            Scene::Channel(channel) if channel.first_contact(radius) == 0.0 => Some(Self::Free),
+            Scene::Channel(_) => Some(Self::Channel),
+            Scene::Obstacles(field) if field.w_ob >= 1.0 => Some(Self::Flow),
+            Scene::Obstacles(_) => Some(Self::Clog),
+            Scene::Disc(disc) if disc.offset.abs() > radius + 0.5 * disc.sigma_ob => Some(Self::Free),
+            Scene::Disc(_) | Scene::Plate => None,
+        }
+    }
+
+    /// Where: "in channels".
+    pub const fn place(self) -> &'static str {
+        match self {
+            Self::Free => "in free flight",
+            Self::Channel => "in channels",
+            Self::Flow => "in arrays of gaps as wide as a droplet",
+            Self::Clog => "in arrays that clog",
+        }
+    }
+}
+
+/// A setting, what it costs, and how far off it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Setting {
+    /// Vertices of the ring.
+    pub n_vertices: usize,
+    /// The integrator.
+    pub integrator: Integrator,
+    /// Its step, in t0; `None` is the automatic one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dt: Option<f64>,
+    /// The step that was taken when it was measured, in t0.
+    pub step: f64,
+    /// Milliseconds of CPU per t0 on the machine of the table.
+    pub ms_per_t0: f64,
+    /// The largest of its errors.
+    pub error: f64,
+    /// Of what.
+    pub of: String,
+}
+
+/// What was measured in one kind of scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// In which scenes.
+    pub scenes: String,
+    /// The settings.
+    pub settings: Vec<Setting>,
+}
+
+/// The table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// The machine it was measured on, the day, and the program's commit.
+    pub measured: String,
+    /// What was measured, by kind.
+    pub kinds: BTreeMap<Kind, Measured>,
+}
+
+/// The setting that a point takes for a tolerance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice<'t> {
+    /// The setting.
+    pub setting: &'t Setting,
+    /// What it makes of the point.
+    pub stepping: Stepping,
+    /// The time it takes over that of the defaults, by the table; `None` if those were not measured.
+    pub over_default: Option<f64>,
+    /// The defaults, if they were measured.
+    pub default: Option<&'t Setting>,
+    /// The scenes it was measured in.
+    pub scenes: &'t str,
+    /// The kind of scene.
+    pub kind: Kind,
+}
+
+/// Why a tolerance could not be met.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal<'t> {
+    /// Nothing was measured in such a scene.
+    NotMeasured,
+    /// The finest setting of the kind is not fine enough; `None` if there is none at all.
+    TooFine(Kind, Option<&'t Setting>),
+}
+
+/// The table that comes with the program.
+pub fn table() -> &'static Table {
+    static TABLE: OnceLock<Table> = OnceLock::new();
+    TABLE.get_or_init(|| toml::from_str(include_str!("measured.toml")).expect("the table is tested with the program"))
+}
+
+impl Table {
+    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there; of equal ones the more accurate.
+    ///
+    /// # Errors
+    /// [`Refusal`].
+    pub fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Refusal<'_>> {
+        let kind = Kind::of(point).ok_or(Refusal::NotMeasured)?;
+        let measured = self.kinds.get(&kind).ok_or(Refusal::TooFine(kind, None))?;
+        let priced = |setting| {
+            let stepping = stepping_at(setting, point);
+            (setting.ms_per_t0 * setting.step / stepping.dt, setting, stepping)
+        };
+        // Prices of implicit steps were measured where droplets do not fold.
+        let folds = matches!(&point.model, Model::Deformable(ring) if stepping::folds(ring));
+        let known = |setting: &&Setting| !(folds && setting.integrator == Integrator::Implicit);
+        let fit = measured.settings.iter().filter(known).filter(|setting| setting.error <= tolerance).map(priced);
+        let best = fit.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.error.total_cmp(&b.1.error)));
+        let Some((cost, setting, stepping)) = best else {
+            let finest = measured.settings.iter().min_by(|a, b| a.error.total_cmp(&b.error));
+            return Err(Refusal::TooFine(kind, finest));
+        };
+        let default = default_at(point);
+        let default = measured.settings.iter().find(|setting| setting.knobs() == default).map(priced);
+        Ok(Choice {
+            setting,
+            stepping,
+            over_default: default.as_ref().map(|(default, ..)| cost / default),
+            default: default.map(|(_, setting, _)| setting),
+            scenes: &measured.scenes,
+            kind,
+        })
+    }
+}
+
+impl Setting {
+    /// What is chosen.
+    pub fn knobs(&self) -> Knobs {
+        (self.n_vertices, self.integrator, self.dt)
+    }
+}
+
+/// What campaigns have by default at such a point.
+pub fn default_at(point: &Point) -> Knobs {
+    let point = with_vertices(point, DEFAULT_VERTICES);
+    let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
+    (DEFAULT_VERTICES, chosen.integrator, None)
+}
+
+/// The step of a setting at a point, at most 0.8 of Verlet's limit there.
+fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
+    let limit = StabilityLimit::of(&with_vertices(point, setting.n_vertices));
+    let dt = match (setting.integrator, setting.dt) {
+        (Integrator::Verlet, Some(dt)) => dt.min(AUTO_SHARE * limit.dt_max),
+        (Integrator::Verlet, None) => limit.auto_dt(),
+        (Integrator::Implicit, Some(dt)) => dt.min(stepping::implicit_dt_bound(point.v_t)),
+        (Integrator::Implicit, None) => stepping::implicit_dt(point),
+    };
+    Stepping { integrator: setting.integrator, dt }
+}
+
+/// The point with so many vertices.
+pub fn with_vertices(point: &Point, n_vertices: usize) -> Point {
+    let mut point = point.clone();
+    if let Model::Deformable(ring) = &mut point.model {
+        ring.n_vertices = n_vertices;
+    }
+    point
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Deformable, Density, ObstacleField, Soft};
+
+    fn setting(n_vertices: usize, dt: Option<f64>, ms_per_t0: f64, error: f64) -> Setting {
+        let step = dt.unwrap_or(1e-3);
+        let of = "<v_g>".to_owned();
+        Setting { n_vertices, integrator: Integrator::Verlet, dt, step, ms_per_t0, error, of }
+    }
+
+    fn table() -> Table {
+        let settings = vec![
+            setting(64, None, 0.25, 0.05),
+            setting(64, Some(2e-3), 0.13, 0.06),
+            Setting { integrator: Integrator::Implicit, step: 0.0625, ..setting(256, None, 1.0, 0.01) },
+            setting(512, Some(5e-4), 4.0, 0.002),
+        ];
+        let kinds = BTreeMap::from([(Kind::Clog, Measured { scenes: "somewhere".to_owned(), settings })]);
+        Table { measured: "never".to_owned(), kinds }
+    }
+
+    fn point(gamma: f64) -> Point {
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Saturated, box_size: 50.0 };
+        Point::new(Model::Deformable(Deformable::of_tension(gamma)), Scene::Obstacles(field))
+    }
+
+    #[test]
+    fn the_cheapest_setting_that_meets_the_tolerance_is_taken() {
+        let table = table();
+        for (tolerance, n_vertices, dt) in [(0.1, 64, 2e-3), (0.055, 64, 1e-3), (0.02, 256, 0.0625), (0.002, 512, 5e-4)]
+        {
+            let choice = table.choose(tolerance, &point(1.09)).unwrap();
+            assert_eq!((choice.setting.n_vertices, choice.stepping.dt), (n_vertices, dt), "{tolerance}");
+        }
+        let coarse = table.choose(0.055, &point(1.09)).unwrap();
+        assert_eq!((coarse.over_default, coarse.default.map(|setting| setting.error)), (Some(0.25), Some(0.01)));
+        assert_eq!(
+            table.choose(0.055, &point(0.1)).unwrap().default,
+            None,
+            "there it is Verlet's, which was not measured"
+        );
+    }
+
+    #[test]
+    fn a_finer_tolerance_than_anything_measured_is_refused_with_the_finest() {
+        let table = table();
+        let refused = table.choose(1e-3, &point(1.09)).unwrap_err();
+        assert!(matches!(refused, Refusal::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
+        let soft = Point::new(Model::Soft(Soft { e_w: 1.0 }), point(1.0).scene);
+        assert_eq!(table.choose(0.5, &soft), Err(Refusal::NotMeasured));
+    }
+
+    #[test]
+    fn a_step_never_exceeds_what_is_stable_at_the_point() {
+        let table = table();
+        for gamma in [0.1, 1.0, 10.0, 100.0] {
+            let point = point(gamma);
+            let choice = table.choose(0.1, &point).unwrap();
+            let limit = StabilityLimit::of(&with_vertices(&point, choice.setting.n_vertices));
+            assert!(choice.stepping.dt <= AUTO_SHARE * limit.dt_max);
+        }
+    }
+
+    #[test]
+    fn the_table_that_comes_with_the_program_reads_and_knows_the_defaults() {
+        let table = super::table();
+        let point = point(1.09);
+        assert!(table.kinds.len() == Kind::ALL.len());
+        for kind in Kind::ALL {
+            let measured = &table.kinds[&kind];
+            assert!(measured.settings.iter().any(|setting| setting.knobs() == default_at(&point)), "{kind:?}");
+            let sound = |setting: &&Setting| setting.error > 0.0 && setting.ms_per_t0 > 0.0 && setting.step > 0.0;
+            assert!(measured.settings.iter().all(|setting| sound(&setting)), "{kind:?}");
+        }
+    }
+}

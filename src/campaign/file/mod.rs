@@ -1,0 +1,152 @@
+//! A campaign file, from TOML to grid points and seeds.
+//!
+//! The text is walked once (`read`) against the table of [`keys`]; sections are then combined (`resolve`) into blocks of [`Point`]s. Every mistake of the file is reported at once, with its place and what to write instead.
+//!
+//! ```
+//! let text = r#"
+//!     name = "sketch"
+//!     model = "SP"
+//!     scene = "obstacles"
+//!     sigma_ob = 0.3
+//!     density = "saturated"
+//!     runs_per_point = 5
+//!     [grid]
+//!     e_w = { from = 0.1, to = 10.0, points = 3, scale = "log" }
+//!     w_ob = [1.0, 1.2]
+//! "#;
+//! let campaign = meniscus::campaign::file::Campaign::parse("sketch.toml", text).unwrap();
+//! assert_eq!((campaign.blocks[0].points.len(), campaign.n_jobs()), (6, 30));
+//! ```
+
+mod axis;
+mod checks;
+mod draft;
+mod grid;
+pub mod interval;
+pub mod keys;
+mod problem;
+mod read;
+mod resolve;
+mod scalar;
+mod section;
+mod spelling;
+
+pub use problem::{CampaignErrors, Invalid, Problem};
+pub(crate) use problem::{Problems, line_of};
+pub use resolve::MOST_JOBS;
+pub(crate) use spelling::nearest;
+
+use crate::parameters::{IntegratorChoice, Point, PointId};
+use keys::Id;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+use toml::de::DeTable;
+
+/// A valid campaign.
+#[derive(Clone, Debug)]
+pub struct Campaign {
+    /// Its name, fit for a folder.
+    pub name: String,
+    /// What it shows, in prose; may be empty.
+    pub about: String,
+    /// The text of its file.
+    pub text: String,
+    /// Its blocks, in file order; one of the campaign's name if the file has no `[[block]]`.
+    pub blocks: Vec<Block>,
+}
+
+/// Grid points of one model, all run with the same seeds.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Its name.
+    pub name: String,
+    /// The product of its axes, in file order, the last axis running fastest.
+    pub points: Vec<Arc<Point>>,
+    /// The identity of each point.
+    pub point_ids: Vec<PointId>,
+    /// The seeds each point is run with.
+    pub seeds: Range<u64>,
+    /// The integrator that was asked for; each point has a definite one.
+    pub integrator: IntegratorChoice,
+    /// When seeds are added, and when no more; the range above is then that of the first round.
+    pub until: Option<Until>,
+    /// The tolerance that chose vertices and stepping of each point, if one was asked for.
+    pub tolerance: Option<f64>,
+}
+
+/// Seeds are added in rounds until an interval is narrow enough ([`crate::execute::rounds`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Until {
+    /// What the interval is of.
+    pub estimate: Estimate,
+    /// Half of the 95% interval over the estimate.
+    pub relative_error: f64,
+    /// Most seeds of a point.
+    pub max_runs: u64,
+}
+
+/// What a point is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// The decay length.
+    Lambda,
+    /// The mean speed.
+    Speed,
+}
+
+impl Campaign {
+    /// Reads a campaign file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not UTF-8, or has mistakes: then all of them.
+    pub fn load(path: &Path) -> Result<Self, CampaignErrors> {
+        let bytes =
+            std::fs::read(path).map_err(|source| CampaignErrors::Unreadable { path: path.to_owned(), source })?;
+        let text = std::str::from_utf8(&bytes).map_err(|error| CampaignErrors::NotUtf8 {
+            path: path.to_owned(),
+            line: line_of(&bytes, error.valid_up_to()),
+        })?;
+        Self::parse(&path.display().to_string(), text)
+    }
+
+    /// Reads the text of a campaign file; `file_name` appears in the errors.
+    ///
+    /// # Errors
+    /// All mistakes of the file, in its order; syntax errors hide those that come after parsing.
+    pub fn parse(file_name: &str, text: &str) -> Result<Self, CampaignErrors> {
+        let mut problems = Problems::of(text);
+        let (root, syntax_errors) = DeTable::parse_recoverable(text);
+        for error in syntax_errors {
+            let span = error.span().unwrap_or(0..0);
+            let help = "see https://toml.io for the form of such files".to_owned();
+            problems.add(span, None, format!("not valid TOML: {}", error.message()), Some(help));
+        }
+        if !problems.is_empty() {
+            return Err(CampaignErrors::Invalid(Box::new(problems.into_invalid(file_name))));
+        }
+        let (top, own) = read::file(root.get_ref(), &mut problems);
+        let blocks = resolve::blocks(&top, own.as_deref(), &mut problems);
+        match top.text(Id::Name) {
+            Some(name) if problems.is_empty() => Ok(Self {
+                name: name.to_owned(),
+                about: top.text(Id::About).unwrap_or_default().trim().to_owned(),
+                text: text.to_owned(),
+                blocks,
+            }),
+            _ => Err(CampaignErrors::Invalid(Box::new(problems.into_invalid(file_name)))),
+        }
+    }
+
+    /// Number of jobs; one that two blocks name counts twice.
+    pub fn n_jobs(&self) -> u64 {
+        self.blocks.iter().map(Block::n_jobs).sum()
+    }
+}
+
+impl Block {
+    /// Number of jobs, points times seeds.
+    pub fn n_jobs(&self) -> u64 {
+        self.points.len() as u64 * (self.seeds.end - self.seeds.start)
+    }
+}

@@ -1,0 +1,97 @@
+//! Which integrator takes which points of a block, and why.
+
+use crate::campaign::choose::stepping::{candidates, choose, cost_per_t0, folds};
+use crate::campaign::file::Block;
+use crate::campaign::file::interval::cut_to_three_digits;
+use crate::campaign::plan::effects::Ends;
+use crate::campaign::plan::ends;
+use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
+use crate::physics::simulate::stability::StabilityLimit;
+
+/// Points that take the same integrator for the same reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chosen {
+    /// The integrator.
+    pub integrator: &'static str,
+    /// How many points take it.
+    pub points: usize,
+    /// Why, in a few words.
+    pub why: String,
+}
+
+/// Why a point takes the integrator it takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reason {
+    /// The campaign asks for it.
+    Asked,
+    /// There is no other for a soft particle.
+    NoOther,
+    /// The campaign gives the time step.
+    StepGiven,
+    /// The droplet folds back on itself, which is the worst case of the other.
+    Folds,
+    /// It is the cheaper one; Verlet's step is bound by this term.
+    Cheaper(&'static str),
+}
+
+/// The groups of a block, by the order of their first points.
+pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
+    if let Some(tolerance) = block.tolerance {
+        return crate::campaign::plan::tolerance::of(&block.points, tolerance);
+    }
+    let mut groups: Vec<(Integrator, Reason, Vec<f64>)> = Vec::new();
+    for (point, limit) in block.points.iter().zip(limits) {
+        let integrator = point.stepping.integrator;
+        let (reason, saving) = reason(block.integrator, point, limit);
+        match groups.iter_mut().find(|group| (group.0, group.1) == (integrator, reason)) {
+            Some(group) => group.2.push(saving),
+            None => groups.push((integrator, reason, vec![saving])),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(integrator, reason, savings)| {
+            let (low, high) = ends(savings.iter().copied());
+            let times = Ends((cut_to_three_digits(low), cut_to_three_digits(high)));
+            let why = match (reason, integrator) {
+                (Reason::Asked, _) => "asked for".to_owned(),
+                (Reason::NoOther, _) => "the integrator of SP".to_owned(),
+                (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
+                (Reason::Folds, _) => {
+                    "droplets of so small a tension fold back on themselves, where implicit steps converge slowly"
+                        .to_owned()
+                }
+                (Reason::Cheaper(_), Integrator::Verlet) if low < 1.0 => {
+                    format!("implicit would cost {times} times as much, and is taken where it halves the cost")
+                }
+                (Reason::Cheaper(_), Integrator::Verlet) => {
+                    format!("the cheaper one: implicit would cost {times} times as much")
+                }
+                (Reason::Cheaper(term), Integrator::Implicit) => {
+                    format!("the cheaper one: verlet, its step bound by {term}, would cost {times} times as much")
+                }
+            };
+            Chosen { integrator: integrator.name(), points: savings.len(), why }
+        })
+        .collect()
+}
+
+/// The reason of a point, and how many times as much the other integrator would cost.
+fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Reason, f64) {
+    let [verlet, implicit] = candidates(point, limit).map(|stepping| cost_per_t0(&stepping));
+    let saving = match point.stepping.integrator {
+        Integrator::Verlet => implicit / verlet,
+        Integrator::Implicit => verlet / implicit,
+    };
+    let reason = match (&point.model, asked) {
+        (Model::Soft(_), _) => Reason::NoOther,
+        (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit) => Reason::Asked,
+        // A step that happens to be the automatic one is as good as automatic.
+        _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
+        (Model::Deformable(ring), _) if point.stepping.integrator == Integrator::Verlet && folds(ring) => Reason::Folds,
+        // Verlet is bound by one term or another, which does not matter where it is the cheaper.
+        _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
+        _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),
+    };
+    (reason, saving)
+}

@@ -1,0 +1,250 @@
+//! What a campaign still has to do: pure, from the campaign, what a store knows, and a measured speed.
+//!
+//! Jobs are identified by content, so a job that two blocks name, or that an earlier and smaller campaign did, is
+//! planned once. The ids are sorted once and merged with the sorted ids of the store.
+
+mod cost;
+mod effects;
+mod integrators;
+mod text;
+mod tolerance;
+
+#[cfg(test)]
+mod tests;
+
+pub use cost::{Cost, FLOWING_SPEED, Speed};
+pub use effects::Effect;
+pub use integrators::Chosen;
+
+use crate::campaign::file::{Block, Campaign};
+use crate::parameters::{Job, JobId, JobState, Point};
+use crate::physics::simulate::stability::StabilityLimit;
+use rayon::prelude::*;
+use std::collections::HashSet;
+
+/// Jobs that a store knows, sorted by id, each once.
+#[derive(Clone, Debug, Default)]
+pub struct KnownJobs(Vec<(JobId, JobState)>);
+
+impl KnownJobs {
+    /// Takes the jobs of a store; costs nothing but a look when they come sorted.
+    pub fn new(mut jobs: Vec<(JobId, JobState)>) -> Self {
+        if !jobs.is_sorted_by(|a, b| a.0 < b.0) {
+            jobs.sort_by_key(|job| job.0);
+            jobs.dedup_by_key(|job| job.0);
+        }
+        Self(jobs)
+    }
+}
+
+/// Which failed jobs to run again.
+#[derive(Clone, Debug, Default)]
+pub enum Retry {
+    /// None.
+    #[default]
+    Nothing,
+    /// All.
+    Everything,
+    /// These, such as those the store lists for a class of failure.
+    Only(HashSet<JobId>),
+}
+
+impl Retry {
+    fn includes(&self, id: JobId) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Everything => true,
+            Self::Only(ids) => ids.contains(&id),
+        }
+    }
+}
+
+/// What is to be done.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Name of the campaign.
+    pub campaign: String,
+    /// Its blocks.
+    pub blocks: Vec<BlockPlan>,
+    /// The jobs to run, longest expected first, then by seed, so that runs in one array stand together.
+    pub jobs: Vec<PlannedJob>,
+}
+
+/// A job to run.
+#[derive(Clone, Debug)]
+pub struct PlannedJob {
+    /// The job.
+    pub job: Job,
+    /// Its identity.
+    pub id: JobId,
+    /// Expected CPU time, in seconds.
+    pub expected_s: f64,
+}
+
+/// How many jobs of a block stand where; a job that an earlier block has too counts there alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Not in the store.
+    pub new: u64,
+    /// In the store, waiting.
+    pub pending: u64,
+    /// Taken by a worker: not planned again. A store gives back the jobs of a dead worker before it is asked.
+    pub running: u64,
+    /// Finished.
+    pub done: u64,
+    /// Failed, those to be tried again included.
+    pub failed: u64,
+    /// Failed, and to be tried again.
+    pub retried: u64,
+    /// Named by an earlier block.
+    pub shared: u64,
+}
+
+impl Counts {
+    /// Jobs to run.
+    pub fn to_run(&self) -> u64 {
+        self.new + self.pending + self.retried
+    }
+}
+
+/// What one block amounts to.
+#[derive(Clone, Debug)]
+pub struct BlockPlan {
+    /// Its name.
+    pub name: String,
+    /// `DP` or `SP`.
+    pub model: &'static str,
+    /// The scene.
+    pub scene: &'static str,
+    /// Number of grid points.
+    pub points: usize,
+    /// Runs a point.
+    pub runs: u64,
+    /// Where its jobs stand.
+    pub counts: Counts,
+    /// Smallest and largest time step, in t0.
+    pub dt: (f64, f64),
+    /// Smallest and largest stability limit of Verlet, in t0.
+    pub dt_limit: (f64, f64),
+    /// The stiffest force term at the smallest limit.
+    pub stiffest: &'static str,
+    /// Which integrator takes which points, and why.
+    pub integrators: Vec<Chosen>,
+    /// What acts on the droplet, what does not, and why.
+    pub effects: Vec<Effect>,
+    /// What its jobs to run are expected to cost.
+    pub cost: Cost,
+}
+
+/// A job of the campaign, by the place of its point among the points of all blocks.
+#[derive(Clone, Copy)]
+struct Entry {
+    id: JobId,
+    /// Of its expected cost among those of all points, the highest first.
+    rank: u32,
+    place: u32,
+    seed: u64,
+}
+
+/// Plans a campaign against what a store knows.
+pub fn plan(campaign: &Campaign, known: &KnownJobs, retry: &Retry, speed: &Speed) -> Plan {
+    let blocks = &campaign.blocks;
+    let places: Vec<(usize, usize)> =
+        blocks.iter().enumerate().flat_map(|(b, block)| (0..block.points.len()).map(move |p| (b, p))).collect();
+    let mut counts = vec![Counts::default(); blocks.len()];
+    let block_of = |entry: &Entry| places[entry.place as usize].0;
+
+    let expected: Vec<f64> = places.par_iter().map(|&(b, p)| speed.expected_s(&blocks[b].points[p])).collect();
+    let ranks = ranks(&expected);
+
+    let mut entries: Vec<Entry> = places
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(place, &(b, p))| {
+            let (block, rank, place) = (&blocks[b], ranks[place], place as u32);
+            let id = move |seed| JobId::new(block.point_ids[p], seed);
+            block.seeds.clone().map(move |seed| Entry { id: id(seed), rank, place, seed })
+        })
+        .collect();
+    entries.par_sort_unstable_by_key(|entry| (entry.id, entry.place));
+    entries.dedup_by(|later, first| {
+        let same = later.id == first.id;
+        counts[block_of(later)].shared += u64::from(same);
+        same
+    });
+
+    let mut states = known.0.iter().peekable();
+    entries.retain(|entry| {
+        while states.next_if(|(id, _)| *id < entry.id).is_some() {}
+        let state = states.next_if(|(id, _)| *id == entry.id).map(|(_, state)| *state);
+        tally(&mut counts[block_of(entry)], state, retry.includes(entry.id))
+    });
+
+    let mut costs: Vec<Cost> = blocks.iter().map(Cost::none_of).collect();
+    for entry in &entries {
+        costs[block_of(entry)].add(expected[entry.place as usize]);
+    }
+    entries.par_sort_unstable_by_key(|entry| (entry.rank, entry.seed, entry.place));
+    let jobs = entries
+        .par_iter()
+        .map(|&Entry { id, place, seed, .. }| {
+            let (b, p) = places[place as usize];
+            let job = Job { point: blocks[b].points[p].clone(), point_id: blocks[b].point_ids[p], seed };
+            PlannedJob { job, id, expected_s: expected[place as usize] }
+        })
+        .collect();
+    let blocks =
+        blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost));
+    Plan { campaign: campaign.name.clone(), blocks: blocks.collect(), jobs }
+}
+
+/// The rank of each cost, the highest first; equal costs share one.
+fn ranks(costs: &[f64]) -> Vec<u32> {
+    let mut order: Vec<usize> = (0..costs.len()).collect();
+    order.par_sort_by(|a, b| costs[*b].total_cmp(&costs[*a]));
+    let mut ranks = vec![0; costs.len()];
+    for pair in order.windows(2) {
+        ranks[pair[1]] = ranks[pair[0]] + u32::from(costs[pair[1]] < costs[pair[0]]);
+    }
+    ranks
+}
+
+/// Counts a job and says whether it is to be run.
+fn tally(counts: &mut Counts, state: Option<JobState>, retried: bool) -> bool {
+    let (count, run) = match state {
+        None => (&mut counts.new, true),
+        Some(JobState::Pending) => (&mut counts.pending, true),
+        Some(JobState::Running) => (&mut counts.running, false),
+        Some(JobState::Done) => (&mut counts.done, false),
+        Some(JobState::Failed) => (&mut counts.failed, retried),
+    };
+    *count += 1;
+    counts.retried += u64::from(state == Some(JobState::Failed) && run);
+    run
+}
+
+/// The plan of a block; `None` if it has no points, which a valid campaign rules out.
+fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
+    let first: &Point = block.points.first()?;
+    let limits: Vec<StabilityLimit> = block.points.par_iter().map(|point| StabilityLimit::of(point)).collect();
+    let tightest = limits.iter().min_by(|a, b| a.dt_max.total_cmp(&b.dt_max))?;
+    Some(BlockPlan {
+        name: block.name.clone(),
+        model: first.model.name(),
+        scene: first.scene.name(),
+        points: block.points.len(),
+        runs: block.seeds.end - block.seeds.start,
+        counts,
+        dt: ends(block.points.iter().map(|point| point.stepping.dt)),
+        dt_limit: ends(limits.iter().map(|limit| limit.dt_max)),
+        stiffest: tightest.terms.first()?.term,
+        integrators: integrators::of(block, &limits),
+        effects: effects::of(&block.points),
+        cost,
+    })
+}
+
+/// Smallest and largest.
+fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}

@@ -1,0 +1,113 @@
+//! A plan as a physicist reads it.
+
+use crate::campaign::file::interval::cut_to_three_digits;
+use crate::campaign::plan::effects::Ends;
+use crate::campaign::plan::{BlockPlan, Cost, Plan};
+use std::fmt::{self, Write};
+
+impl Plan {
+    /// What all jobs to run are expected to cost.
+    pub fn cost(&self) -> Option<Cost> {
+        self.blocks.iter().map(|block| block.cost).reduce(Cost::and)
+    }
+
+    /// The plan in words and numbers, wall time for so many threads.
+    pub fn render(&self, threads: usize) -> String {
+        let mut text = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write(&mut text, threads);
+        text
+    }
+
+    fn write(&self, out: &mut String, threads: usize) -> fmt::Result {
+        writeln!(out, "campaign {}: {} jobs to run", self.campaign, self.jobs.len())?;
+        for block in &self.blocks {
+            writeln!(out)?;
+            block.write(out, threads)?;
+        }
+        match self.cost() {
+            Some(cost) if self.blocks.len() > 1 => {
+                writeln!(out, "\nall blocks\n  cost     {}", CostText(cost, threads))
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+impl BlockPlan {
+    fn write(&self, out: &mut String, threads: usize) -> fmt::Result {
+        let jobs = self.points as u64 * self.runs;
+        writeln!(out, "{}", self.name)?;
+        writeln!(
+            out,
+            "  model    {} in {}, {} points x {} runs = {jobs} jobs",
+            self.model, self.scene, self.points, self.runs
+        )?;
+        writeln!(out, "  jobs     {}", self.counts_text())?;
+        let (dt, limit) = (self.dt, self.dt_limit);
+        let limit = Ends((cut_to_three_digits(limit.0), cut_to_three_digits(limit.1)));
+        let dt = Ends((cut_to_three_digits(dt.0), cut_to_three_digits(dt.1)));
+        writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
+        for chosen in &self.integrators {
+            let at = match chosen.points {
+                all if all == self.points => String::new(),
+                some => format!("at {some} of {} points: ", self.points),
+            };
+            writeln!(out, "  {:<8} {at}{}", chosen.integrator, chosen.why)?;
+        }
+        for (label, on) in [("on", true), ("off", false)] {
+            let effects = self.effects.iter().filter(|effect| effect.on == on);
+            let texts: Vec<_> = effects.map(|effect| format!("{} ({})", effect.name, effect.why)).collect();
+            writeln!(out, "  {label:<8} {}", texts.join(", "))?;
+        }
+        writeln!(out, "  cost     {}", CostText(self.cost, threads))
+    }
+
+    fn counts_text(&self) -> String {
+        let counts = &self.counts;
+        let mut text =
+            format!("{} new, {} pending, {} done, {} failed", counts.new, counts.pending, counts.done, counts.failed);
+        let extras = [
+            (counts.retried, "to be tried again"),
+            (counts.running, "running"),
+            (counts.shared, "of an earlier block"),
+        ];
+        for (count, what) in extras.into_iter().filter(|(count, _)| *count > 0) {
+            text += &format!(", {count} {what}");
+        }
+        text
+    }
+}
+
+/// A cost for so many threads.
+struct CostText(Cost, usize);
+
+impl fmt::Display for CostText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(cost, threads) = self;
+        let Some(mean) = cost.mean_s() else { return write!(f, "nothing to run") };
+        let bound = if cost.by_distance { "about" } else { "at most" };
+        write!(
+            f,
+            "{bound} {} of CPU, {} a job, {} on {threads} threads; clogs end runs earlier",
+            Duration(cost.total_s),
+            Duration(mean),
+            Duration(cost.wall_s(*threads))
+        )
+    }
+}
+
+/// Seconds in the unit people would use.
+struct Duration(f64);
+
+impl fmt::Display for Duration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            seconds if seconds < 1.0 => write!(f, "{:.0} ms", seconds * 1e3),
+            seconds if seconds < 120.0 => write!(f, "{seconds:.0} s"),
+            seconds if seconds < 7200.0 => write!(f, "{:.0} min", seconds / 60.0),
+            seconds if seconds < 172_800.0 => write!(f, "{:.1} h", seconds / 3600.0),
+            seconds => write!(f, "{:.1} days", seconds / 86400.0),
+        }
+    }
+}

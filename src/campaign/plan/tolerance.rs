@@ -1,0 +1,60 @@
+//! Which setting a tolerance chose, why, and the time it saves.
+
+use crate::campaign::choose::tolerance::{Choice, table};
+use crate::campaign::file::interval::{Short, cut_to_three_digits};
+use crate::campaign::plan::effects::Ends;
+use crate::campaign::plan::ends;
+use crate::campaign::plan::integrators::Chosen;
+use crate::parameters::Point;
+use std::sync::Arc;
+
+/// The step of a point, and the time it takes over that of the defaults.
+type Seen = (f64, Option<f64>);
+
+/// The groups of points that take the same setting, by the order of their first points.
+pub(super) fn of(points: &[Arc<Point>], tolerance: f64) -> Vec<Chosen> {
+    let mut groups: Vec<(Choice<'static>, Vec<Seen>)> = Vec::new();
+    for choice in points.iter().filter_map(|point| table().choose(tolerance, point).ok()) {
+        let seen = (choice.stepping.dt, choice.over_default);
+        match groups.iter_mut().find(|group| (group.0.setting, group.0.default) == (choice.setting, choice.default)) {
+            Some(group) => group.1.push(seen),
+            None => groups.push((choice, vec![seen])),
+        }
+    }
+    let chosen = |(choice, seen): (Choice<'_>, Vec<Seen>)| Chosen {
+        integrator: choice.setting.integrator.name(),
+        points: seen.len(),
+        why: why(&choice, &seen, tolerance),
+    };
+    groups.into_iter().map(chosen).collect()
+}
+
+fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
+    let (setting, short) = (choice.setting, |values: (f64, f64)| {
+        Ends((cut_to_three_digits(values.0), cut_to_three_digits(values.1))).to_string()
+    });
+    let dt = short(ends(seen.iter().map(|seen| seen.0)));
+    let times = ends(seen.iter().filter_map(|seen| seen.1));
+    let against = match choice.default {
+        Some(default) if default == setting => "; it is the default".to_owned(),
+        Some(default) => {
+            let integrator = default.integrator.name();
+            format!(
+                "; it takes {} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} ({})",
+                short(times),
+                Short(default.error),
+                default.of
+            )
+        }
+        None => String::new(),
+    };
+    format!(
+        "n_vertices = {}, dt = {dt}: for tolerance {} the cheapest measured {} ({}), off by at most {} ({}){against}",
+        setting.n_vertices,
+        Short(tolerance),
+        choice.kind.place(),
+        choice.scenes,
+        Short(setting.error),
+        setting.of
+    )
+}

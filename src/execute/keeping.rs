@@ -1,0 +1,131 @@
+//! Keeps unfinished trajectories and dumps of failures in the folders of a store.
+//!
+//! A trajectory is saved by wall time, and never so often that saving takes more than a hundredth of it. Nothing that goes
+//! wrong here costs more than computing anew: it is told, and the job goes on.
+
+use crate::campaign::plan::PlannedJob;
+use crate::execute::saved::{Saved, SavedFailure};
+use crate::parameters::{Job, JobId};
+use crate::physics::simulate::{Keeper, Snapshot};
+use crate::results::trajectory::Failure;
+use crate::store::checkpoint_file::{self, CheckpointError};
+use crate::store::{Folders, StoreError};
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
+
+/// Between two snapshots passes this many times what the last one took to save.
+const SHARE: u32 = 100;
+
+/// The checkpoints and dumps of one run.
+#[derive(Debug)]
+pub(super) struct Keeping {
+    folders: Folders,
+    every: Duration,
+    /// Jobs that had a checkpoint when the run began.
+    waiting: HashSet<JobId>,
+}
+
+impl Keeping {
+    /// Saves in `folders`, every so often.
+    pub(super) fn new(folders: Folders, every: Duration) -> Self {
+        Self { waiting: folders.unfinished(), folders, every }
+    }
+
+    /// Where the job was when it was last saved. A file that is of no use is put aside, and told.
+    pub(super) fn load(&self, planned: &PlannedJob) -> Option<Saved> {
+        if !self.waiting.contains(&planned.id) {
+            return None;
+        }
+        let path = checkpoint_file::path_of(&self.folders.checkpoints(), planned.id);
+        match checkpoint_file::read(&path) {
+            Ok(payload) => {
+                let saved = Saved::decode(&payload.state).filter(|_| payload.job == planned.id);
+                if saved.is_none() {
+                    self.put_aside(planned.id, "its content is not a state of this job");
+                }
+                saved
+            }
+            Err(CheckpointError::Missing(_)) => None,
+            Err(error @ CheckpointError::Io { .. }) => {
+                tracing::warn!(%error, job = %planned.id, "a checkpoint cannot be read, the job begins anew");
+                None
+            }
+            Err(error) => {
+                self.put_aside(planned.id, &error.to_string());
+                None
+            }
+        }
+    }
+
+    /// Moves the job's checkpoint out of the way.
+    pub(super) fn put_aside(&self, job: JobId, problem: &str) {
+        let path = checkpoint_file::path_of(&self.folders.checkpoints(), job);
+        match self.folders.quarantine(&path) {
+            Ok(to) => {
+                tracing::warn!(%job, problem, kept = %to.display(), "a checkpoint is of no use, the job begins anew");
+            }
+            Err(error) => {
+                tracing::warn!(%job, problem, %error, "a checkpoint is of no use and cannot be moved, the job begins anew");
+            }
+        }
+    }
+
+    /// Saves a job.
+    pub(super) fn save(&self, id: JobId, saved: &Saved) -> Result<(), StoreError> {
+        checkpoint_file::write(&self.folders.checkpoints(), id, &saved.encode()).map(drop)
+    }
+
+    /// Leaves what `meniscus replay` needs to see a failure again: where the job was last saved, or its beginning.
+    pub(super) fn dump(&self, planned: &PlannedJob, failure: &Failure, wall_s: f64) {
+        let checkpoint = checkpoint_file::path_of(&self.folders.checkpoints(), planned.id);
+        let last = checkpoint_file::read(&checkpoint).ok().and_then(|payload| Saved::decode(&payload.state));
+        let mut dump = last.unwrap_or_else(|| Saved::new(&planned.job, wall_s, None));
+        dump.failure = Some(SavedFailure::from(failure));
+        if let Err(error) = checkpoint_file::write(&self.folders.dumps(), planned.id, &dump.encode()) {
+            tracing::warn!(%error, job = %planned.id, "a failed job leaves no dump; its class and reason are kept");
+        }
+    }
+
+    /// Keeps snapshots of a job that took `spent` seconds before `begin`.
+    pub(super) fn keeper<'a>(&'a self, planned: &'a PlannedJob, spent: f64, begin: Instant) -> JobKeeper<'a> {
+        JobKeeper { keeping: self, id: planned.id, job: &planned.job, spent, begin, due: begin + self.every }
+    }
+}
+
+/// Saves one job now and then.
+pub(super) struct JobKeeper<'a> {
+    keeping: &'a Keeping,
+    id: JobId,
+    job: &'a Job,
+    spent: f64,
+    begin: Instant,
+    due: Instant,
+}
+
+impl JobKeeper<'_> {
+    /// Wall time spent on the job so far, in seconds.
+    pub(super) fn wall_s(&self) -> f64 {
+        self.spent + self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Saves a snapshot.
+    pub(super) fn save(&self, snapshot: Snapshot) -> Result<(), StoreError> {
+        self.keeping.save(self.id, &Saved::new(self.job, self.wall_s(), Some(snapshot)))
+    }
+}
+
+impl Keeper for JobKeeper<'_> {
+    fn wants(&mut self) -> bool {
+        Instant::now() >= self.due
+    }
+
+    fn keep(&mut self, snapshot: Snapshot) {
+        let begin = Instant::now();
+        if let Err(error) = self.save(snapshot) {
+            tracing::warn!(%error, job = %self.id, "a checkpoint could not be written, the job goes on without");
+        }
+        let took = begin.elapsed();
+        tracing::debug!(job = %self.id, ?took, "saved");
+        self.due = Instant::now() + self.keeping.every.max(SHARE * took);
+    }
+}

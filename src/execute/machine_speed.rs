@@ -1,0 +1,64 @@
+//! How fast this machine steps droplets, measured in a few milliseconds: what cost estimates are made from.
+
+use crate::campaign::choose::stepping::{IMPLICIT_DT, NEWTON_STEP_NS};
+use crate::campaign::plan::Speed;
+use crate::parameters::{ContactKind, MASS, regular_edge};
+use crate::physics::motion::implicit::ImplicitMotion;
+use crate::physics::motion::verlet::{RingEffects, RingMotion};
+use crate::physics::point::{SoftEffects, SoftMotion};
+use crate::physics::ring::Ring;
+use crate::physics::ring::forces::area::Area;
+use crate::physics::ring::forces::contact::Contact;
+use crate::physics::ring::forces::far_drag::FarDrag;
+use crate::physics::ring::forces::gravity::Gravity;
+use crate::physics::ring::forces::perimeter::Perimeter;
+use crate::physics::ring::forces::tension::Tension;
+use crate::physics::walls::arrays::obstacles::ObstacleArray;
+use fearless_simd::Level;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Time of a step of a 256-vertex ring, explicit and implicit, and of a point, all leaning on two discs.
+pub fn measure(level: Level) -> Speed {
+    let n = 256;
+    let discs = Arc::new(ObstacleArray::from_centres(20.0, 0.15, &[10.5, 10.5], &[9.6, 10.4]));
+    let rest = regular_edge(n);
+    let effects = || RingEffects {
+        edge: (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * n as f64, rest }),
+        area: Area { stiffness: 1e4, rest: MASS },
+        gravity: Gravity::new(n),
+        drag: FarDrag { rate: 33.0 },
+        eps_squared: 0.01 * rest * rest,
+        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, 1e4 / n as f64, rest, level)),
+        others: Vec::new(),
+    };
+    let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));
+    let mut deformable = RingMotion::start(ring.clone(), effects(), 1e-3, level);
+    let mut implicit = ImplicitMotion::start(ring, effects(), IMPLICIT_DT, level);
+    // The first steps, in which the droplet is thrown back by the discs, are none like the others.
+    let still = implicit.advance(20).is_ok();
+    let before = implicit.work.iterations;
+    let step_ns = fastest_ns(20, |steps| implicit.advance(steps).unwrap_or_default());
+    let newton_steps_a_step = (implicit.work.iterations - before) as f64 / 60.0;
+    let point = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
+    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs, level);
+    Speed {
+        deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,
+        implicit_ns_per_vertex_newton: if still {
+            step_ns / newton_steps_a_step.max(1.0) / n as f64
+        } else {
+            NEWTON_STEP_NS
+        },
+        soft_ns_per_step: fastest_ns(50_000, |steps| soft.advance(steps)),
+    }
+}
+
+/// Nanoseconds of a step, the best of three runs.
+fn fastest_ns(steps: u64, mut advance: impl FnMut(u64)) -> f64 {
+    let mut once = || {
+        let begin = Instant::now();
+        advance(steps);
+        begin.elapsed().as_secs_f64() * 1e9 / steps as f64
+    };
+    [once(), once(), once()].into_iter().fold(f64::INFINITY, f64::min)
+}

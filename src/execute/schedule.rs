@@ -1,0 +1,159 @@
+//! What a running campaign decides, as pure functions of what happened and of the time: when to stop, and how long
+//! the rest will take. Acting on it is the executor's.
+
+use crate::parameters::Point;
+use crate::results::trajectory::{FailureClass, Outcome};
+use crate::store::PointWork;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Failures of one class after which the breaker may open, and the share of all finished jobs it takes.
+const BREAKER_FAILURES: u64 = 20;
+const BREAKER_SHARE: f64 = 0.5;
+
+/// Why a run ends before all jobs are done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// Somebody asked for it: Ctrl-C or SIGTERM.
+    Interrupted,
+    /// The deadline came.
+    Deadline,
+    /// Most jobs fail in the same way; going on would waste the night.
+    Breaker {
+        /// The way they fail.
+        class: FailureClass,
+        /// How many did.
+        failures: u64,
+    },
+    /// The store no longer takes outcomes.
+    WriterStopped,
+}
+
+/// A job that ended: how, and what it was expected to cost.
+#[derive(Clone, Copy, Debug)]
+pub struct Ended {
+    /// Its outcome or its failure.
+    pub result: Result<Outcome, FailureClass>,
+    /// Expected CPU time, in seconds.
+    pub expected_s: f64,
+}
+
+/// Where a run stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Progress {
+    /// Jobs to run.
+    pub jobs: u64,
+    /// Those that ended.
+    pub ended: u64,
+    /// Those that ended in a clog.
+    pub clogs: u64,
+    /// Failures by class.
+    pub failures: BTreeMap<FailureClass, u64>,
+    /// Expected CPU time of all jobs, in seconds.
+    pub expected_s: f64,
+    /// Expected CPU time of those that ended, in seconds.
+    pub expected_ended_s: f64,
+}
+
+impl Progress {
+    /// Nothing done of so many jobs.
+    pub fn of(jobs: u64, expected_s: f64) -> Self {
+        Self { jobs, expected_s, ..Self::default() }
+    }
+
+    /// Where a run stands as its store tells, from which clogs and failures are not counted.
+    pub fn seen(points: &[PointWork], expected_s: impl Fn(&Point) -> f64) -> Self {
+        let mut progress = Self::default();
+        for PointWork { point, left, ended } in points {
+            let each_s = expected_s(point);
+            progress.jobs += left + ended;
+            progress.ended += ended;
+            progress.expected_s += (left + ended) as f64 * each_s;
+            progress.expected_ended_s += *ended as f64 * each_s;
+        }
+        progress
+    }
+
+    /// Takes note of a job's end.
+    pub fn note(&mut self, job: Ended) {
+        self.ended += 1;
+        self.expected_ended_s += job.expected_s;
+        match job.result {
+            Ok(outcome) => self.clogs += u64::from(outcome == Outcome::Clogged),
+            Err(class) => *self.failures.entry(class).or_default() += 1,
+        }
+    }
+
+    /// All failures.
+    pub fn failed(&self) -> u64 {
+        self.failures.values().sum()
+    }
+
+    /// Why the run should stop now, if it should.
+    pub fn stop(&self, now: Duration, deadline: Option<Duration>, interrupted: bool) -> Option<StopReason> {
+        if interrupted {
+            return Some(StopReason::Interrupted);
+        }
+        if deadline.is_some_and(|deadline| now >= deadline) {
+            return Some(StopReason::Deadline);
+        }
+        let tripped = |&(_, &failures): &(&FailureClass, &u64)| {
+            failures >= BREAKER_FAILURES && failures as f64 > BREAKER_SHARE * self.ended as f64
+        };
+        self.failures.iter().find(tripped).map(|(&class, &failures)| StopReason::Breaker { class, failures })
+    }
+
+    /// Jobs ended per second.
+    pub fn rate(&self, elapsed: Duration) -> f64 {
+        self.ended as f64 / elapsed.as_secs_f64().max(1e-9)
+    }
+
+    /// Time left, if the rest takes as long compared with what was expected as the jobs so far; `None` before the
+    /// first has ended.
+    pub fn time_left(&self, elapsed: Duration) -> Option<Duration> {
+        let left = self.expected_s - self.expected_ended_s;
+        let seconds = elapsed.as_secs_f64() * left / self.expected_ended_s;
+        (self.expected_ended_s > 0.0).then(|| Duration::try_from_secs_f64(seconds.max(0.0)).unwrap_or(Duration::MAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOG: Ended = Ended { result: Ok(Outcome::Clogged), expected_s: 2.0 };
+    const BLOWN: Ended = Ended { result: Err(FailureClass::Unstable), expected_s: 2.0 };
+
+    fn after(events: &[(Ended, u64)]) -> Progress {
+        let mut progress = Progress::of(1000, 2000.0);
+        for &(event, times) in events {
+            (0..times).for_each(|_| progress.note(event));
+        }
+        progress
+    }
+
+    #[test]
+    fn a_few_failures_do_not_stop_a_campaign_but_the_same_on_most_jobs_does() {
+        let second = Duration::from_secs(1);
+        assert_eq!(after(&[(BLOWN, 19)]).stop(second, None, false), None);
+        assert_eq!(after(&[(CLOG, 30), (BLOWN, 25)]).stop(second, None, false), None);
+        let tripped = after(&[(CLOG, 10), (BLOWN, 25)]).stop(second, None, false);
+        assert_eq!(tripped, Some(StopReason::Breaker { class: FailureClass::Unstable, failures: 25 }));
+    }
+
+    #[test]
+    fn the_deadline_and_a_signal_stop_a_campaign() {
+        let progress = after(&[(CLOG, 1)]);
+        let (early, late) = (Duration::from_secs(5), Duration::from_secs(10));
+        assert_eq!(progress.stop(early, Some(late), false), None);
+        assert_eq!(progress.stop(late, Some(late), false), Some(StopReason::Deadline));
+        assert_eq!(progress.stop(early, None, true), Some(StopReason::Interrupted));
+    }
+
+    #[test]
+    fn the_time_left_follows_the_expected_cost_of_the_rest() {
+        let progress = after(&[(CLOG, 250)]);
+        assert_eq!(progress.time_left(Duration::from_secs(100)), Some(Duration::from_secs(300)));
+        assert_eq!(after(&[]).time_left(Duration::from_secs(100)), None);
+    }
+}

@@ -1,0 +1,84 @@
+//! Vectors of all vertices of a ring.
+
+use crate::on_level;
+use crate::physics::simd::aligned::Aligned;
+use crate::physics::simd::{Instructions, LANES, fma, load, max_lanes, padded, store, sum_lanes};
+use fearless_simd::{Level, f64x8, prelude::*};
+use serde::{Deserialize, Serialize};
+
+/// Vectors of x and y for each vertex, zero in the padding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Field {
+    /// x components, `padded(n)` long.
+    pub x: Aligned,
+    /// y components, likewise.
+    pub y: Aligned,
+}
+
+impl Field {
+    /// Zeros for `n` vertices.
+    pub fn zero(n: usize) -> Self {
+        Self { x: Aligned::zeros(padded(n)), y: Aligned::zeros(padded(n)) }
+    }
+
+    /// Both components.
+    #[inline(always)]
+    pub fn parts(&self) -> [&[f64]; 2] {
+        [&self.x, &self.y]
+    }
+
+    /// Both components, to be changed.
+    #[inline(always)]
+    pub fn parts_mut(&mut self) -> [&mut [f64]; 2] {
+        [&mut self.x, &mut self.y]
+    }
+
+    /// Largest length of a vector; not finite if one of them is not.
+    pub fn largest(&self, level: Level) -> f64 {
+        on_level!(level, simd => self.largest_with(simd))
+    }
+
+    #[inline(always)]
+    fn largest_with<S: Simd>(&self, simd: S) -> f64 {
+        let zero = f64x8::splat(simd, 0.0);
+        let (mut largest, mut odd) = (zero, zero);
+        let [x, y] = self.parts();
+        for i in (0..x.len()).step_by(LANES) {
+            let (x, y) = (load(simd, x, i), load(simd, y, i));
+            let squared = x * x + y * y;
+            largest = squared.simd_gt(largest).select(squared, largest);
+            // Zero for a number, and for nothing else: a NaN must not pass for small.
+            odd += squared * 0.0;
+        }
+        max_lanes(largest).sqrt() + sum_lanes(odd)
+    }
+
+    /// Adds `share` of `by`.
+    #[inline(always)]
+    pub fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
+        let share = f64x8::splat(simd, share);
+        for (to, by) in self.parts_mut().into_iter().zip(by.parts()) {
+            for i in (0..by.len()).step_by(LANES) {
+                store(fma(load(simd, by, i), share, load(simd, to, i)), to, i);
+            }
+        }
+    }
+
+    /// Sum of the products with `other`, vertex by vertex.
+    #[inline(always)]
+    pub fn dot<S: Instructions>(&self, simd: S, other: &Self) -> f64 {
+        let mut sum = f64x8::splat(simd, 0.0);
+        let ([x, y], [other_x, other_y]) = (self.parts(), other.parts());
+        for i in (0..x.len()).step_by(LANES) {
+            sum = fma(load(simd, x, i), load(simd, other_x, i), sum);
+            sum = fma(load(simd, y, i), load(simd, other_y, i), sum);
+        }
+        sum_lanes(sum)
+    }
+
+    /// Sets the padding of `n` vertices to zero.
+    pub fn still_padding(&mut self, n: usize) {
+        self.x[n..].fill(0.0);
+        self.y[n..].fill(0.0);
+    }
+}

@@ -1,0 +1,32 @@
+//! Gravity along +x: `U = -M x_c` with x_c the mean vertex, so each vertex feels `M/N_v`.
+
+use crate::parameters::MASS;
+
+/// Weight of each vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Gravity {
+    vertex_weight: f64,
+}
+
+impl Gravity {
+    /// Weight shared by `n_vertices`.
+    pub fn new(n_vertices: usize) -> Self {
+        Self { vertex_weight: MASS / n_vertices as f64 }
+    }
+
+    /// No weight on the vertices: while a droplet is put in place, or where hydrostatic pressure drives it.
+    pub fn off() -> Self {
+        Self { vertex_weight: 0.0 }
+    }
+
+    /// Force on one vertex along +x.
+    #[inline(always)]
+    pub fn force(self) -> f64 {
+        self.vertex_weight
+    }
+
+    /// Energy of one vertex at `x`.
+    pub fn energy(self, x: f64) -> f64 {
+        -self.vertex_weight * x
+    }
+}

@@ -1,0 +1,234 @@
+//! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`, `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
+//!
+//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. At the paper's `alpha = 4/3` the power is
+//! the fourth of an inverse cube root, by Newton's method from a guess that is 4% off; others go through `libm::pow`.
+//!
+//! Example: at `b0/b_inf = 0.4`, one diameter away, a vertex is damped at 1.4/V_t.
+
+use crate::on_level;
+use crate::physics::ring::Ring;
+use crate::physics::ring::forces::{Drag, Rates};
+use crate::physics::simd::aligned::Aligned;
+use crate::physics::simd::{LANES, load, max_lanes, padded, store};
+use crate::physics::walls::wall::{Asking, Walls};
+use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The exponent of the paper.
+pub const PAPER_ALPHA: f64 = 4.0 / 3.0;
+
+/// A wall is looked for up to here, in sigma: beyond, the drag is less than 1e-5 b0 above that of free flight.
+const FARTHEST: f64 = 1e4;
+
+/// How far a vertex may move before the lists of nearest walls are made again, in sigma.
+const SKIN: f64 = 0.05;
+
+/// The near-wall drag of a ring, among walls of any scene.
+#[derive(Debug)]
+pub struct NearWallDrag {
+    rates: Aligned,
+    distances: Box<dyn Update>,
+}
+
+/// What brings the damping rates up to date.
+trait Update: Send + Sync + std::fmt::Debug {
+    fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]);
+}
+
+/// The walls that may be nearest to each vertex.
+#[derive(Debug)]
+struct NearestWalls<W: Walls> {
+    walls: Arc<W>,
+    level: Level,
+    /// `1/V_t`.
+    far_rate: f64,
+    b0: f64,
+    alpha: f64,
+    /// Smallest distance that counts, `delta/2`.
+    floor: f64,
+    /// Walls that may be the nearest of a vertex, for each block of eight.
+    lists: Vec<Range<usize>>,
+    shapes: Vec<W::Shape>,
+    slack: f64,
+    list_origin: [f64; 2],
+}
+
+impl NearWallDrag {
+    /// Drag of a ring of `n_vertices` and vertex diameter `delta`, of strength `b0` in units of b_inf.
+    pub fn new<W: Walls>(
+        walls: Arc<W>,
+        n_vertices: usize,
+        v_t: f64,
+        b0: f64,
+        alpha: f64,
+        delta: f64,
+        level: Level,
+    ) -> Self {
+        let mut rates = Aligned::zeros(padded(n_vertices));
+        rates.fill(1.0 / v_t);
+        let distances = Box::new(NearestWalls {
+            walls,
+            level,
+            far_rate: 1.0 / v_t,
+            b0,
+            alpha,
+            floor: 0.5 * delta,
+            lists: Vec::new(),
+            shapes: Vec::new(),
+            slack: f64::NEG_INFINITY,
+            list_origin: [f64::NAN; 2],
+        });
+        Self { rates, distances }
+    }
+}
+
+impl<W: Walls> NearestWalls<W> {
+    /// Keeps, for each block, every wall that could be the nearest to one of its vertices within the skin.
+    #[inline(never)]
+    fn list(&mut self, ring: &Ring) {
+        self.slack = SKIN;
+        self.list_origin = ring.origin;
+        self.lists.clear();
+        self.shapes.clear();
+        let [x0, x1, y0, y1] = ring.bounds();
+        if !((x1 - x0) + (y1 - y0) < 1e3) {
+            self.lists.resize(ring.ux.len() / LANES, 0..0);
+            return;
+        }
+        let mut margin = 1.0;
+        let mut near: Vec<W::Shape> = Vec::new();
+        // Each block's nearest wall must be nearer than the margin for the list to hold it for certain.
+        while margin < FARTHEST {
+            near.clear();
+            let far = margin + self.walls.surface() + 2.0 * SKIN;
+            self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));
+            if !near.is_empty() && self.choose(ring, &near) <= margin {
+                return;
+            }
+            margin *= 2.0;
+        }
+    }
+
+    /// Fills the lists from `near`; returns the largest distance of any vertex from its nearest wall.
+    fn choose(&mut self, ring: &Ring, near: &[W::Shape]) -> f64 {
+        self.lists.clear();
+        self.shapes.clear();
+        let surface = self.walls.surface();
+        let mut farthest: f64 = 0.0;
+        let (lists, shapes) = (&mut self.lists, &mut self.shapes);
+        // Seldom made: the plain instruction set will do.
+        let simd = Fallback::new();
+        for start in (0..ring.ux.len()).step_by(LANES) {
+            let (x, y) = (load(simd, &ring.x, start), load(simd, &ring.y, start));
+            let mut nearest = f64x8::splat(simd, f64::INFINITY);
+            for shape in near {
+                nearest = nearest.min(simd.distance_to(shape, x, y));
+            }
+            farthest = farthest.max(max_lanes(nearest) - surface);
+            let first = shapes.len();
+            let reach = nearest + 2.0 * SKIN;
+            shapes.extend(near.iter().filter(|shape| simd.distance_to(*shape, x, y).simd_le(reach).any_true()));
+            lists.push(first..shapes.len());
+        }
+        farthest
+    }
+
+    #[inline(always)]
+    fn update_with<S: Asking>(&mut self, simd: S, ring: &Ring, rates: &mut [f64]) {
+        let surface = self.walls.surface();
+        for (block, list) in self.lists.iter().enumerate() {
+            let at = block * LANES;
+            let (x, y) = (load(simd, &ring.x, at), load(simd, &ring.y, at));
+            let mut nearest = f64x8::splat(simd, f64::INFINITY);
+            for shape in &self.shapes[list.clone()] {
+                nearest = nearest.min(simd.distance_to(shape, x, y));
+            }
+            let distance = (nearest - surface).max(f64x8::splat(simd, self.floor)).min(f64x8::splat(simd, 1e6));
+            let rate = (power(simd, distance, self.alpha) * self.b0 + 1.0) * self.far_rate;
+            store(rate, rates, at);
+        }
+    }
+}
+
+/// `d^(-alpha)`.
+#[inline(always)]
+fn power<S: Simd>(simd: S, d: f64x8<S>, alpha: f64) -> f64x8<S> {
+    let mut lanes = [0.0; LANES];
+    lanes.copy_from_slice(d.as_slice());
+    if alpha != PAPER_ALPHA {
+        return f64x8::from_slice(simd, &lanes.map(|d| libm::pow(d, -alpha)));
+    }
+    // A third of the exponent, in the bits of a single-precision number.
+    let guess = lanes.map(|d| f64::from(f32::from_bits(0x54a2_4637 - (d as f32).to_bits() / 3)));
+    let mut root = f64x8::from_slice(simd, &guess);
+    for _ in 0..4 {
+        root = root * (4.0 - d * root * root * root) * (1.0 / 3.0);
+    }
+    (root * root) * (root * root)
+}
+
+impl<W: Walls> Update for NearestWalls<W> {
+    fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]) {
+        self.slack -= distance;
+        if !(self.slack >= 0.0) || self.list_origin != ring.origin {
+            self.list(ring);
+            if self.shapes.is_empty() {
+                rates.fill(self.far_rate);
+            }
+        }
+        if self.shapes.is_empty() {
+            return;
+        }
+        on_level!(self.level, simd => self.update_with(simd, ring, rates));
+    }
+}
+
+impl Drag for NearWallDrag {
+    fn update(&mut self, distance: f64, ring: &Ring) {
+        self.distances.update(distance, ring, &mut self.rates);
+    }
+
+    fn rates(&self) -> Rates<'_> {
+        Rates::Each(&self.rates)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::walls::arrays::obstacles::ObstacleArray;
+
+    #[test]
+    fn the_power_is_right_to_rounding() {
+        let simd = Fallback::new();
+        let mut d = 1e-3;
+        while d < 1e3 {
+            for alpha in [PAPER_ALPHA, 1.0] {
+                let got = power(simd, f64x8::splat(simd, d), alpha).as_slice()[0];
+                assert!((got * libm::pow(d, alpha) - 1.0).abs() < 3e-15, "{d} {alpha}");
+            }
+            d *= 1.13;
+        }
+    }
+
+    #[test]
+    fn each_vertex_is_damped_by_its_true_distance_however_the_ring_moves() {
+        let x: Vec<f64> = (0..40).map(|k| 20.0 + 8.0 * libm::sin(1.7 * f64::from(k))).collect();
+        let y: Vec<f64> = (0..40).map(|k| 20.0 + 8.0 * libm::cos(2.9 * f64::from(k))).collect();
+        let discs = Arc::new(ObstacleArray::from_centres(40.0, 0.15, &x, &y));
+        let mut ring = Ring::regular(50, [20.0, 20.0], 0.5);
+        let mut drag = NearWallDrag::new(discs, 50, 0.03, 0.4, PAPER_ALPHA, 0.0123, Level::new());
+        for step in 0..60 {
+            drag.update(0.02, &ring);
+            for i in 0..50 {
+                let at = [ring.x[i] + ring.origin[0], ring.y[i] + ring.origin[1]];
+                let to = |(x, y): (&f64, &f64)| libm::hypot(at[0] - x, at[1] - y) - 0.15;
+                let nearest = x.iter().zip(&y).map(to).fold(f64::INFINITY, f64::min).max(0.5 * 0.0123);
+                let want = (1.0 + 0.4 * libm::pow(nearest, -PAPER_ALPHA)) / 0.03;
+                assert!((drag.rates[i] / want - 1.0).abs() < 1e-12, "step {step} vertex {i}");
+            }
+            ring.x.iter_mut().for_each(|x| *x += 0.019);
+        }
+    }
+}

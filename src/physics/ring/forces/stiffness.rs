@@ -1,0 +1,109 @@
+//! Second derivatives of the energy of a ring: a symmetric matrix that couples each vertex to its two neighbours.
+//!
+//! It is cyclic block-tridiagonal with 2 x 2 blocks. Block `(i, i)` is symmetric; block `(i, i + 1)` is not, and block
+//! `(i + 1, i)` is its transpose. The area's `K_a grad a grad a^T`, which couples all vertices, is kept apart.
+//!
+//! # Writing your own
+//! An effect adds its second derivatives, or a positive semi-definite matrix above them, in
+//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). One that couples vertices which are not neighbours has no
+//! place here for that part; a bound such as `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)` does.
+
+use crate::physics::simd::aligned::Aligned;
+use crate::physics::simd::{LANES, load, padded, store};
+use fearless_simd::{f64x8, prelude::*};
+
+/// Which second derivatives are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parts {
+    /// All: Newton's method then converges quadratically.
+    All,
+    /// Only those that make the matrix positive: compressed edges and the turning of normals are left out.
+    Positive,
+}
+
+/// The matrix, an array for each entry of a block.
+#[derive(Clone, Debug)]
+pub struct Stiffness {
+    /// Number of vertices.
+    pub n: usize,
+    /// xx of block `(i, i)`, `padded(n) + 8` long; entry `n` belongs to vertex 0 until it is folded.
+    pub own_xx: Aligned,
+    /// xy and yx of block `(i, i)`.
+    pub own_xy: Aligned,
+    /// yy of block `(i, i)`.
+    pub own_yy: Aligned,
+    /// xx of block `(i, i + 1)`, `padded(n) + 8` long.
+    pub next_xx: Aligned,
+    /// xy of block `(i, i + 1)`: row x of vertex i, column y of vertex i + 1.
+    pub next_xy: Aligned,
+    /// yx of block `(i, i + 1)`.
+    pub next_yx: Aligned,
+    /// yy of block `(i, i + 1)`.
+    pub next_yy: Aligned,
+}
+
+impl Stiffness {
+    /// A zero matrix for `n` vertices.
+    pub fn new(n: usize) -> Self {
+        let zeros = || Aligned::zeros(padded(n) + LANES);
+        Self {
+            n,
+            own_xx: zeros(),
+            own_xy: zeros(),
+            own_yy: zeros(),
+            next_xx: zeros(),
+            next_xy: zeros(),
+            next_yx: zeros(),
+            next_yy: zeros(),
+        }
+    }
+
+    /// Adds what was put on entry `n` to vertex 0, which it is.
+    pub fn fold(&mut self) {
+        for own in [&mut self.own_xx, &mut self.own_xy, &mut self.own_yy] {
+            own[0] += own[self.n];
+            own[self.n] = 0.0;
+        }
+    }
+
+    /// `A v` for a vector of `n` vertices.
+    pub fn times(&self, vx: &[f64], vy: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let n = self.n;
+        let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
+        for i in 0..n {
+            let j = (i + 1) % n;
+            x[i] += self.own_xx[i] * vx[i] + self.own_xy[i] * vy[i] + self.next_xx[i] * vx[j] + self.next_xy[i] * vy[j];
+            y[i] += self.own_xy[i] * vx[i] + self.own_yy[i] * vy[i] + self.next_yx[i] * vx[j] + self.next_yy[i] * vy[j];
+            x[j] += self.next_xx[i] * vx[i] + self.next_yx[i] * vy[i];
+            y[j] += self.next_xy[i] * vx[i] + self.next_yy[i] * vy[i];
+        }
+        (x, y)
+    }
+}
+
+/// Second derivatives of the energies of eight edges, each with respect to its two vertices.
+#[derive(Clone, Copy)]
+pub struct EdgeBlocks<S: Simd> {
+    /// First vertex with itself: xx, xy, yy.
+    pub first: [f64x8<S>; 3],
+    /// First vertex (rows) with second (columns): xx, xy, yx, yy.
+    pub between: [f64x8<S>; 4],
+    /// Second vertex with itself: xx, xy, yy.
+    pub second: [f64x8<S>; 3],
+}
+
+impl<S: Simd> EdgeBlocks<S> {
+    /// Adds the blocks of the edges `i..i + 8`.
+    #[inline(always)]
+    pub fn add_to(self, simd: S, stiffness: &mut Stiffness, i: usize) {
+        let add = |values: &mut [f64], at: usize, term: f64x8<S>| store(load(simd, values, at) + term, values, at);
+        let Stiffness { own_xx, own_xy, own_yy, next_xx, next_xy, next_yx, next_yy, .. } = stiffness;
+        for (own, k) in [own_xx, own_xy, own_yy].into_iter().zip(0..3) {
+            add(own, i, self.first[k]);
+            add(own, i + 1, self.second[k]);
+        }
+        for (next, k) in [next_xx, next_xy, next_yx, next_yy].into_iter().zip(0..4) {
+            add(next, i, self.between[k]);
+        }
+    }
+}

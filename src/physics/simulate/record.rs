@@ -1,0 +1,197 @@
+//! What is recorded of a run: the columns of `samples`, and the extremes and means of a trajectory.
+//!
+//! | column | unit | value |
+//! |---|---|---|
+//! | t | t0 | time since gravity came on |
+//! | r | sigma | displacement of the centroid along +x |
+//! | h, y | sigma | centroid, unwrapped |
+//! | v_g | V_t | velocity of the centroid along +x |
+//! | ek_ratio | | E_k/E_t, `E_t = M V_t^2/2` |
+//! | shape | | `A = perimeter^2/(4 pi a)` (DP) |
+//! | area_error | | `a/a0 - 1` (DP) |
+
+use crate::parameters::{MASS, Point};
+use crate::physics::observation::Observation;
+use crate::results::outline::ShapeRecord;
+use crate::results::trajectory::{Clog, Outcome, Samples, Trajectory};
+use serde::{Deserialize, Serialize};
+
+/// Share of the recorded time that counts as start-up.
+const START_UP: f64 = 0.1;
+
+/// Fewest samples that a slope is taken from.
+const FEWEST_SAMPLES: usize = 5;
+
+/// What a run has cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Nominal time steps taken.
+    pub steps: u64,
+    /// Stretches or sub-steps refused and taken again in smaller ones.
+    pub refused: u64,
+}
+
+/// Collects the record of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recorder {
+    v_t: f64,
+    start_x: f64,
+    samples: Samples,
+    shapes: Vec<ShapeRecord>,
+    shape_max: Option<f64>,
+    area_error_max: Option<f64>,
+    overlap_max: f64,
+    energy_rise_max: f64,
+    ek_ratio_min: f64,
+    engulfed_t: Option<f64>,
+}
+
+impl Recorder {
+    /// A record that begins with what is seen when gravity comes on.
+    pub fn new(point: &Point, begin: Observation) -> Self {
+        let mut recorder = Self {
+            v_t: point.v_t,
+            start_x: begin.x,
+            samples: Samples::default(),
+            shapes: Vec::new(),
+            shape_max: None,
+            area_error_max: None,
+            overlap_max: 0.0,
+            energy_rise_max: 0.0,
+            ek_ratio_min: f64::INFINITY,
+            engulfed_t: None,
+        };
+        recorder.watch(&begin, 0.0);
+        recorder.ek_ratio_min = f64::INFINITY;
+        recorder.record(0.0, &begin);
+        recorder
+    }
+
+    /// Displacement along +x since the start, in sigma.
+    pub fn displacement(&self, seen: &Observation) -> f64 {
+        seen.x - self.start_x
+    }
+
+    /// E_k/E_t.
+    pub fn ek_ratio(&self, seen: &Observation) -> f64 {
+        seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
+    }
+
+    /// Keeps the extremes.
+    pub fn watch(&mut self, seen: &Observation, energy_rise: f64) {
+        let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
+        self.shape_max = larger(self.shape_max, seen.shape);
+        self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
+        self.overlap_max = self.overlap_max.max(seen.overlap);
+        self.energy_rise_max = self.energy_rise_max.max(energy_rise);
+        self.ek_ratio_min = self.ek_ratio_min.min(self.ek_ratio(seen));
+    }
+
+    /// Marks that an obstacle lies inside the ring at time `t`.
+    pub fn mark_engulfed(&mut self, t: f64) {
+        self.engulfed_t.get_or_insert(t);
+    }
+
+    /// Adds a sample.
+    pub fn record(&mut self, t: f64, seen: &Observation) {
+        let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
+        let samples = &mut self.samples;
+        samples.t.push(t);
+        samples.r.push(r);
+        samples.h.push(seen.x);
+        samples.y.push(seen.y);
+        samples.v_g.push(seen.velocity / self.v_t);
+        samples.ek_ratio.push(ek_ratio);
+        samples.shape.extend(seen.shape);
+        samples.area_error.extend(seen.area_error);
+    }
+
+    /// Keeps a shape.
+    pub fn keep(&mut self, shape: ShapeRecord) {
+        self.shapes.push(shape);
+    }
+
+    /// The trajectory, ended by `outcome` at time `t`.
+    pub fn finish(
+        self,
+        outcome: Outcome,
+        t: f64,
+        effort: Effort,
+        seen: &Observation,
+        clog: Option<Clog>,
+    ) -> Trajectory {
+        Trajectory {
+            outcome,
+            r_end: self.displacement(seen),
+            t_end: t,
+            v_g_mean: slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t),
+            ek_ratio_end: self.ek_ratio(seen),
+            shape_max: self.shape_max,
+            area_error_max: self.area_error_max,
+            overlap_max: self.overlap_max,
+            energy_rise_max: self.energy_rise_max,
+            ek_ratio_min: self.ek_ratio_min,
+            engulfed_t: self.engulfed_t,
+            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(seen)),
+            steps: effort.steps,
+            refused: effort.refused,
+            clog,
+            samples: self.samples,
+            shapes: self.shapes,
+        }
+    }
+}
+
+/// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
+///
+/// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
+///
+/// ```
+/// use meniscus::physics::simulate::record::slope_after_start_up;
+/// let t: Vec<f64> = (0..=10).map(f64::from).collect();
+/// let r: Vec<f64> = t.iter().map(|t| if *t < 1.0 { -7.0 } else { 3.0 + 0.5 * t }).collect();
+/// assert_eq!(slope_after_start_up(&t, &r), Some(0.5));
+/// ```
+pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
+    let (first, last) = (*t.first()?, *t.last()?);
+    let started = t.partition_point(|&time| time < first + START_UP * (last - first));
+    let (t, r) = (&t[started..], &r[started..]);
+    if t.len() < FEWEST_SAMPLES {
+        return None;
+    }
+    // Centred first: r and t are large where their differences matter.
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    let (t_mean, r_mean) = (mean(t), mean(r));
+    let covariance: f64 = t.iter().zip(r).map(|(t, r)| (t - t_mean) * (r - r_mean)).sum();
+    let variance: f64 = t.iter().map(|t| (t - t_mean) * (t - t_mean)).sum();
+    (variance > 0.0).then(|| covariance / variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_keeps_its_digits_far_from_the_origin() {
+        let t: Vec<f64> = (0..200).map(|i| 1e6 + f64::from(i)).collect();
+        let r: Vec<f64> = (0..200).map(|i| 4096.0 + 0.25 * f64::from(i)).collect();
+        assert_eq!(slope_after_start_up(&t, &r), Some(0.25));
+    }
+
+    #[test]
+    fn a_slope_needs_five_samples_after_the_start_up() {
+        let t: Vec<f64> = (0..6).map(f64::from).collect();
+        assert_eq!(slope_after_start_up(&t, &t), Some(1.0));
+        assert_eq!(slope_after_start_up(&t[..5], &t[..5]), None);
+        assert_eq!(slope_after_start_up(&[], &[]), None);
+        assert_eq!(slope_after_start_up(&[2.0; 9], &[3.0; 9]), None);
+    }
+
+    #[test]
+    fn the_start_up_is_a_tenth_of_the_time_not_of_the_samples() {
+        // Nine hasty samples within the first tenth of the time, then a steady slope of 2.
+        let t: Vec<f64> = (0..9).map(|i| 0.1 * f64::from(i)).chain((1..=10).map(f64::from)).collect();
+        let r: Vec<f64> = t.iter().map(|&t| if t < 1.0 { 50.0 } else { 2.0 * t }).collect();
+        assert_eq!(slope_after_start_up(&t, &r), Some(2.0));
+    }
+}

@@ -1,0 +1,96 @@
+//! Where darts fall when discs are added at random: the box, its grid of cells, and the random streams of a seed.
+
+use crate::parameters::ObstacleField;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// Positions are multiples of this, so that moving them by whole boxes (of a side that is one, too) and origins is exact.
+pub(super) const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
+
+/// What a random stream is for: its number, of those of a seed.
+#[derive(Clone, Copy)]
+pub(super) enum Stream {
+    /// Darts into the whole box.
+    Box,
+    /// The first dart of each cell of a tile.
+    Tile(usize),
+    /// The further darts of a cell.
+    Cell(usize),
+}
+
+/// A periodic box in which no two discs come closer than a spacing, and a grid whose cells are too small for two of them.
+#[derive(Clone, Debug)]
+pub(super) struct Board {
+    pub(super) box_size: f64,
+    /// Smallest distance of two centres.
+    pub(super) spacing: f64,
+    /// Cells along a side.
+    pub(super) cells: usize,
+    /// Side of a cell.
+    pub(super) width: f64,
+    random: ChaCha8Rng,
+}
+
+impl Board {
+    pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
+        let spacing = field.sigma_ob + field.w_ob;
+        // The diagonal of a cell is shorter than the spacing.
+        let mut cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
+        // What is in conflict lies no more than two cells away, in a box of few cells too.
+        if 2.0 * field.box_size / (cells as f64) < spacing {
+            cells -= 1;
+        }
+        // Numbers of cells are u32; campaigns stay far below (`can_be_held`).
+        assert!(cells < 1 << 16, "a box of {} is too large for discs {spacing} apart", field.box_size);
+        let mut key = [0_u8; 32];
+        key[..8].copy_from_slice(&seed.to_le_bytes());
+        let random = ChaCha8Rng::from_seed(key);
+        Self { box_size: field.box_size, spacing, cells, width: field.box_size / cells as f64, random }
+    }
+
+    /// A random stream from its beginning.
+    pub(super) fn stream(&self, stream: Stream) -> ChaCha8Rng {
+        let mut random = self.random.clone();
+        random.set_stream(match stream {
+            Stream::Box => 1,
+            Stream::Tile(tile) => (1 << 32) + tile as u64,
+            Stream::Cell(cell) => (1 << 33) + cell as u64,
+        });
+        random
+    }
+
+    /// Column or row of the cell that a coordinate lies in.
+    pub(super) fn cell_at(&self, c: f64) -> usize {
+        ((c / self.box_size * self.cells as f64) as usize).min(self.cells - 1)
+    }
+
+    /// Lower corner of a cell.
+    pub(super) fn corner(&self, cell: [usize; 2]) -> [f64; 2] {
+        cell.map(|c| c as f64 * self.width)
+    }
+
+    /// A cell some columns and rows away, and what to add to places there as seen from here: beyond the edges of the box lie its periodic images.
+    pub(super) fn beside(&self, cell: [usize; 2], away: [i64; 2]) -> ([usize; 2], [f64; 2]) {
+        let n = self.cells as i64;
+        let [column, row] = [cell[0] as i64 + away[0], cell[1] as i64 + away[1]];
+        let shift = [column, row].map(|c| c.div_euclid(n) as f64 * self.box_size);
+        ([column, row].map(|c| c.rem_euclid(n) as usize), shift)
+    }
+}
+
+/// Uniform in [0, 1).
+pub(super) fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A place in the square of side `side` with this lower corner.
+pub(super) fn place(random: &mut ChaCha8Rng, corner: [f64; 2], side: f64) -> [f64; 2] {
+    corner.map(|c| ((c + side * uniform(random)) / GRAIN).floor() * GRAIN)
+}
+
+/// Squared distance of two places.
+#[inline(always)]
+pub(super) fn squared(from: [f64; 2], to: [f64; 2]) -> f64 {
+    let [dx, dy] = [from[0] - to[0], from[1] - to[1]];
+    dx * dx + dy * dy
+}

@@ -1,0 +1,80 @@
+//! The obstacle arrays that a campaign's jobs share: each made once, kept while a job still needs it.
+
+use crate::parameters::{Job, ObstacleField, Scene};
+use crate::physics::walls::arrays::obstacles::ObstacleArray;
+use crate::results::trajectory::Failure;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// What names one array: the canonical form of its field, and the seed.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct ArrayKey(String, u64);
+
+type Slot = Arc<OnceLock<Result<Arc<ObstacleArray>, Failure>>>;
+
+/// One array and the number of jobs that will still ask for it.
+#[derive(Debug, Default)]
+struct Entry {
+    jobs_left: usize,
+    slot: Slot,
+}
+
+/// Arrays by key. A job announces itself, gets its array, and releases it at its end.
+#[derive(Debug, Default)]
+pub struct ArrayLibrary {
+    entries: Mutex<HashMap<ArrayKey, Entry>>,
+}
+
+impl ArrayLibrary {
+    /// Counts a job that will ask for its array later.
+    pub fn announce(&self, job: &Job) {
+        let Some(key) = key_of(job) else { return };
+        self.lock().entry(key).or_default().jobs_left += 1;
+    }
+
+    /// The array of `field` for the job, made by whoever asks first; saturated ones are placed later, where droplets look.
+    ///
+    /// # Errors
+    /// Those of [`ObstacleArray::generate`].
+    pub fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
+        let slot = key_of(job).map_or_else(Slot::default, |key| self.lock().entry(key).or_default().slot.clone());
+        // Generated outside the lock, so that others wait only for this array.
+        slot.get_or_init(|| ObstacleArray::generate(field, job.seed).map(Arc::new)).clone()
+    }
+
+    /// Lets go of the job's array; the last job to do so frees it.
+    pub fn release(&self, job: &Job) {
+        let Some(key) = key_of(job) else { return };
+        let mut entries = self.lock();
+        if let Some(entry) = entries.get_mut(&key) {
+            entry.jobs_left = entry.jobs_left.saturating_sub(1);
+            if entry.jobs_left == 0 {
+                entries.remove(&key);
+            }
+        }
+    }
+
+    /// Number of arrays held or announced.
+    pub fn len(&self) -> usize {
+        self.lock().len()
+    }
+
+    /// Whether no array is held or announced.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    // A panic elsewhere cannot leave a half-changed map: every change is one statement.
+    fn lock(&self) -> MutexGuard<'_, HashMap<ArrayKey, Entry>> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn key_of(job: &Job) -> Option<ArrayKey> {
+    match &job.point.scene {
+        Scene::Obstacles(field) => {
+            Some(ArrayKey(serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
+        }
+        Scene::Channel(_) | Scene::Plate | Scene::Disc(_) => None,
+    }
+}

@@ -1,0 +1,112 @@
+//! A number of discs by random sequential addition: darts are thrown into the whole box, and those that land further than the spacing from all discs
+//! become discs, until there are enough. Once most darts miss, [`Growth`] goes on, which wastes none on what is full.
+
+use crate::parameters::ObstacleField;
+use crate::physics::walls::arrays::darts::{Board, Stream, place, squared};
+use crate::physics::walls::arrays::growth::Growth;
+
+/// Of so many darts into the whole box fewer than one hits when cells take over.
+const MISSES: u64 = 10;
+
+/// The cells around one, the nearest first: most darts miss for a disc next to them.
+const AROUND: [[i64; 2]; 25] = [
+    [0, 0],
+    [1, 0],
+    [-1, 0],
+    [0, 1],
+    [0, -1],
+    [1, 1],
+    [-1, 1],
+    [1, -1],
+    [-1, -1],
+    [2, 0],
+    [-2, 0],
+    [0, 2],
+    [0, -2],
+    [2, 1],
+    [-2, 1],
+    [2, -1],
+    [-2, -1],
+    [1, 2],
+    [-1, 2],
+    [1, -2],
+    [-1, -2],
+    [2, 2],
+    [-2, 2],
+    [2, -2],
+    [-2, -2],
+];
+
+/// Discs while they are being placed.
+struct Packing {
+    board: Board,
+    discs: Vec<[f64; 2]>,
+    /// The disc in each cell that has one.
+    grid: Vec<[f64; 2]>,
+    /// A bit for each cell that holds a disc: small enough for a near cache, unlike the grid.
+    taken: Vec<u64>,
+}
+
+/// Centres of the first `wanted` discs of a seed, or of all that fit.
+pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64; 2]> {
+    let board = Board::new(field, seed);
+    let cells = board.cells * board.cells;
+    let (grid, taken) = (vec![[0.0; 2]; cells], vec![0; cells.div_ceil(64)]);
+    let (board, mut discs) = Packing { board, discs: Vec::new(), grid, taken }.throw(wanted);
+    if discs.len() < wanted {
+        let more = Growth::onto(board, &discs).grow(wanted - discs.len());
+        discs.extend(more);
+    }
+    discs
+}
+
+impl Packing {
+    /// Throws darts into the whole box until there are `wanted` discs or most darts miss. The grid goes, before another takes its place.
+    fn throw(mut self, wanted: usize) -> (Board, Vec<[f64; 2]>) {
+        let mut random = self.board.stream(Stream::Box);
+        let (mut hits, mut darts) = (0_u64, 0_u64);
+        while self.discs.len() < wanted && (darts < 1000 || hits * MISSES > darts) {
+            if darts >= 100_000 {
+                (hits, darts) = (hits / 2, darts / 2);
+            }
+            let at = place(&mut random, [0.0; 2], self.board.box_size);
+            darts += 1;
+            if at.iter().all(|&c| c < self.board.box_size) && self.is_free(at) {
+                self.add(at);
+                hits += 1;
+            }
+        }
+        (self.board, self.discs)
+    }
+
+    /// Whether a disc at this place would touch none.
+    fn is_free(&self, at: [f64; 2]) -> bool {
+        let square = self.board.spacing * self.board.spacing;
+        let n = self.board.cells as i64;
+        let cell @ [column, row] = at.map(|c| self.board.cell_at(c));
+        if [column, row].iter().all(|&c| (2..n - 2).contains(&(c as i64))) {
+            let middle = (row * self.board.cells + column) as i64;
+            return AROUND.iter().all(|[dx, dy]| {
+                self.disc((middle + dy * n + dx) as usize).is_none_or(|disc| squared(disc, at) > square)
+            });
+        }
+        AROUND.iter().all(|&away| {
+            let ([column, row], shift) = self.board.beside(cell, away);
+            let disc = self.disc(row * self.board.cells + column);
+            disc.is_none_or(|[x, y]| squared([x + shift[0], y + shift[1]], at) > square)
+        })
+    }
+
+    /// The disc in a cell.
+    #[inline(always)]
+    fn disc(&self, cell: usize) -> Option<[f64; 2]> {
+        (self.taken[cell / 64] >> (cell % 64) & 1 == 1).then(|| self.grid[cell])
+    }
+
+    fn add(&mut self, at: [f64; 2]) {
+        self.discs.push(at);
+        let cell = self.board.cell_at(at[1]) * self.board.cells + self.board.cell_at(at[0]);
+        self.taken[cell / 64] |= 1 << (cell % 64);
+        self.grid[cell] = at;
+    }
+}

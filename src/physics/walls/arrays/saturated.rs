@@ -1,0 +1,54 @@
+//! A box of discs that has no room for another, worked out tile by tile when someone looks there.
+
+use crate::parameters::ObstacleField;
+use crate::physics::walls::arrays::darts::Board;
+use crate::physics::walls::arrays::growth::Growth;
+use crate::physics::walls::arrays::tile::{TILE, Tile};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// A saturated box.
+#[derive(Debug)]
+pub(super) struct Saturated {
+    cells: usize,
+    /// Tiles along a side.
+    across: usize,
+    tiles: Box<[OnceLock<Arc<Tile>>]>,
+    /// What works out the tiles: one at a time, as each needs the darts near its border.
+    growth: Mutex<Growth>,
+}
+
+impl Saturated {
+    pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
+        let growth = Growth::new(Board::new(field, seed));
+        let (cells, across) = (growth.cells(), growth.across());
+        let tiles = (0..across * across).map(|_| OnceLock::new()).collect();
+        Self { cells, across, tiles, growth: Mutex::new(growth) }
+    }
+
+    /// Cells along a side; none has more than one disc.
+    pub(super) fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// Number and place of the disc in a cell.
+    #[inline]
+    pub(super) fn disc(&self, [column, row]: [usize; 2]) -> Option<(u32, [f64; 2])> {
+        let tile = self.tile(row / TILE * self.across + column / TILE);
+        tile.disc(column % TILE, row % TILE).map(|at| ((row * self.cells + column) as u32, at))
+    }
+
+    /// Number of discs; works out the whole box.
+    pub(super) fn len(&self) -> usize {
+        (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
+    }
+
+    /// Memory that the tiles take that are settled.
+    pub(super) fn bytes(&self) -> usize {
+        self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
+    }
+
+    #[inline]
+    fn tile(&self, tile: usize) -> &Tile {
+        self.tiles[tile].get_or_init(|| self.growth.lock().unwrap_or_else(PoisonError::into_inner).settle(tile))
+    }
+}

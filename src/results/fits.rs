@@ -1,0 +1,96 @@
+//! What a fit reads and what it answers, a row per grid point: shared by the store, which keeps the rows, and the
+//! analysis, which computes them.
+
+use crate::parameters::{Point, PointId};
+use crate::results::trajectory::{Mechanism, Outcome, Samples};
+
+/// The finished runs of one grid point.
+#[derive(Clone, Debug)]
+pub struct PointRuns {
+    /// Identity of the point.
+    pub point_id: PointId,
+    /// Its parameters.
+    pub point: Point,
+    /// Its finished runs, by seed.
+    pub runs: Vec<FinishedRun>,
+}
+
+/// What a fit needs of one finished run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinishedRun {
+    /// Seed of the run.
+    pub seed: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Displacement at the end, in sigma.
+    pub r_end: f64,
+    /// Time at the end, in t0.
+    pub t_end: f64,
+    /// Mean speed after the start-up, in V_t.
+    pub v_g_mean: Option<f64>,
+    /// How it clogged, if it did.
+    pub mechanism: Option<Mechanism>,
+}
+
+/// Decay length of the survival probability `P(r) = exp(-r/lambda)` at one grid point ([C24] eq. 16).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LambdaFit {
+    /// Finished runs.
+    pub runs: u32,
+    /// Those that clogged; the others are censored at their displacement.
+    pub clogs: u32,
+    /// Maximum-likelihood lambda = (sum of all r)/clogs, in sigma; `None` when nothing clogged.
+    pub lambda: Option<f64>,
+    /// Lower end of the 95% interval, or the one-sided 95% lower bound when nothing clogged.
+    pub lambda_low: Option<f64>,
+    /// Upper end of the 95% profile-likelihood interval; `None` when nothing clogged (unbounded).
+    pub lambda_high: Option<f64>,
+    /// The paper's estimate: least squares of the Kaplan-Meier P(r) on exp(-r/lambda).
+    pub lambda_least_squares: Option<f64>,
+    /// Probability of a deviation from the exponential at least as large as the one seen, if it were exponential.
+    pub p_exponential: Option<f64>,
+    /// Runs in total that would give an interval of +-10%, were the clogged share to stay as it is.
+    pub runs_for_ten_percent: Option<u32>,
+}
+
+/// Mean speed of the runs that did not clog at one grid point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedAverage {
+    /// Finished runs.
+    pub runs: u32,
+    /// Those that flowed to their limit, the ones averaged.
+    pub flowing: u32,
+    /// <v_g>/V_t; `None` when nothing flowed.
+    pub v_g: Option<f64>,
+    /// Lower end of the 95% bootstrap interval.
+    pub v_g_low: Option<f64>,
+    /// Upper end of the 95% bootstrap interval.
+    pub v_g_high: Option<f64>,
+    /// Capillary number `Ca = (v_g/V_t) pi/(4 Gamma)` ([C24] eq. 17); `None` for SP.
+    pub ca: Option<f64>,
+}
+
+/// Everything that one job left, its time series included: what accuracy is judged by.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunRecord {
+    /// Seed of the run.
+    pub seed: u64,
+    /// How it ended; `None` of a failure.
+    pub outcome: Option<Outcome>,
+    /// Why it failed, if it did.
+    pub error: Option<String>,
+    /// Displacement at the end, in sigma.
+    pub r_end: f64,
+    /// Time at the end, in t0.
+    pub t_end: f64,
+    /// Mean speed after the start-up, in V_t.
+    pub v_g_mean: Option<f64>,
+    /// E_k/E_t at the end.
+    pub ek_ratio_end: f64,
+    /// Depth on the plate.
+    pub delta_s: Option<f64>,
+    /// Seconds it took.
+    pub wall_s: f64,
+    /// Its time series, where they were asked for.
+    pub samples: Samples,
+}

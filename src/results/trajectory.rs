@@ -1,0 +1,185 @@
+//! What one run produced: its outcome, its summary numbers, its clog, its recorded samples; or its failure.
+
+use crate::results::outline::ShapeRecord;
+use serde::{Deserialize, Serialize};
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Outcome {
+    /// E_k/E_t fell below the threshold after the droplet had moved.
+    Clogged,
+    /// The simulated time ran out.
+    TimeLimit,
+    /// The droplet went the whole distance that the campaign asked for.
+    Distance,
+    /// The droplet left the channel.
+    Exited,
+    /// The droplet came to rest on the plate.
+    Settled,
+}
+
+/// A finished run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Displacement of the centroid along +x since gravity came on, in sigma.
+    pub r_end: f64,
+    /// Time at the end, in t0.
+    pub t_end: f64,
+    /// Mean speed after the start-up, slope of r(t), in units of V_t; `None` if there are too few samples.
+    pub v_g_mean: Option<f64>,
+    /// E_k/E_t at the end.
+    pub ek_ratio_end: f64,
+    /// Largest recorded shape parameter `A = perimeter^2/(4 pi a)`; `None` for SP.
+    pub shape_max: Option<f64>,
+    /// Largest recorded `|a/a0 - 1|`; `None` for SP.
+    pub area_error_max: Option<f64>,
+    /// Largest recorded overlap with an obstacle, in sigma.
+    pub overlap_max: f64,
+    /// Largest rise of the total energy over its lowest value before; round-off and O(dt^2) unless unstable.
+    pub energy_rise_max: f64,
+    /// Lowest E_k/E_t at a check; it starts at rest, which does not count.
+    pub ek_ratio_min: f64,
+    /// When an obstacle was first seen inside the ring, in t0; never, unless the campaign says `engulfed = "record"`.
+    pub engulfed_t: Option<f64>,
+    /// Stretches or sub-steps of time that the integrator refused and took again in smaller ones.
+    pub refused: u64,
+    /// Depth the droplet sank on the plate; `None` elsewhere.
+    pub delta_s: Option<f64>,
+    /// Time steps taken.
+    pub steps: u64,
+    /// The clog, if the run ended in one.
+    pub clog: Option<Clog>,
+    /// Recorded time series.
+    pub samples: Samples,
+    /// Kept shapes, by time; the last is that at the end.
+    pub shapes: Vec<ShapeRecord>,
+}
+
+/// The state of a droplet at the moment it counts as clogged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clog {
+    /// Time, in t0.
+    pub t: f64,
+    /// Displacement along +x, in sigma.
+    pub r: f64,
+    /// Unwrapped centroid, x.
+    pub x: f64,
+    /// Unwrapped centroid, y.
+    pub y: f64,
+    /// E_k/E_t.
+    pub ek_ratio: f64,
+    /// Shape parameter; `None` for SP.
+    pub shape: Option<f64>,
+    /// Number of obstacles that carry load.
+    pub contacts: u32,
+    /// How the clog holds, where that is known.
+    pub mechanism: Option<Mechanism>,
+}
+
+/// How a clog holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Mechanism {
+    /// One obstacle carries most of the load and the ring bends round it.
+    Wrap,
+    /// Two obstacles on either side of a throat carry it.
+    Squeeze,
+    /// Anything else.
+    Hybrid,
+}
+
+/// Recorded time series, a column each, all of one length. Units: t0, sigma, V_t.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Samples {
+    /// Time.
+    pub t: Vec<f64>,
+    /// Displacement along +x since gravity came on.
+    pub r: Vec<f64>,
+    /// x of the centroid, unwrapped.
+    pub h: Vec<f64>,
+    /// y of the centroid, unwrapped.
+    pub y: Vec<f64>,
+    /// Velocity of the centroid along +x, in units of V_t.
+    pub v_g: Vec<f64>,
+    /// E_k/E_t.
+    pub ek_ratio: Vec<f64>,
+    /// Shape parameter; empty for SP.
+    pub shape: Vec<f64>,
+    /// a/a0 - 1; empty for SP.
+    pub area_error: Vec<f64>,
+}
+
+/// Why a run could not be finished.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}: {reason} (step {step})", class.name())]
+pub struct Failure {
+    /// What kind of failure.
+    pub class: FailureClass,
+    /// What happened, in a sentence.
+    pub reason: String,
+    /// The time step at which it was noticed.
+    pub step: u64,
+    /// The last sound shape of the droplet, if it came so far.
+    pub shape: Option<Box<ShapeRecord>>,
+}
+
+/// Kinds of failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum FailureClass {
+    /// Numbers left the range that physics allows.
+    Unstable,
+    /// An obstacle came to lie inside the ring.
+    Engulfed,
+    /// The ring crossed itself.
+    Crossed,
+    /// The program panicked.
+    Panicked,
+    /// Reading or writing failed.
+    Io,
+    /// The job cannot be started as asked.
+    BadInput,
+}
+
+macro_rules! names {
+    ($kind:ident { $($variant:ident = $name:literal),+ $(,)? }) => {
+        impl $kind {
+            /// The name used in tables and files.
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+            /// The kind of that name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                match name { $($name => Some(Self::$variant),)+ _ => None }
+            }
+        }
+    };
+}
+names!(Outcome {
+    Clogged = "clogged",
+    TimeLimit = "time_limit",
+    Distance = "distance",
+    Exited = "exited",
+    Settled = "settled",
+});
+names!(Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
+names!(FailureClass {
+    Unstable = "unstable",
+    Engulfed = "engulfed",
+    Crossed = "crossed",
+    Panicked = "panicked",
+    Io = "io",
+    BadInput = "bad_input",
+});
+
+impl Samples {
+    /// Number of recorded instants.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether nothing was recorded.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+}

@@ -1,0 +1,119 @@
+//! The operations that the commit protocol is made of, a function each: an instant at which each may fail, or be the
+//! last before the process dies.
+//!
+//! In the unit tests of this crate `faults` makes them do so; elsewhere they are the system's calls and nothing more.
+
+#[cfg(test)]
+pub(super) mod faults;
+
+use crate::store::StoreError;
+use rusqlite::Transaction;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+/// What an operation does; `faults` needs to know, to tell what a power loss would undo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Operation<'a> {
+    CreateFolder,
+    Create,
+    Write,
+    Sync,
+    SyncFolder,
+    RenameTo(&'a Path),
+    Remove,
+    Commit,
+}
+
+/// Does an operation on `path`, unless it is made to fail.
+fn act<T>(operation: Operation<'_>, path: &Path, system: impl FnOnce() -> std::io::Result<T>) -> Result<T, StoreError> {
+    attempt(operation, path, system).map_err(StoreError::io(path))
+}
+
+#[cfg(not(test))]
+fn attempt<T>(_: Operation<'_>, _: &Path, system: impl FnOnce() -> std::io::Result<T>) -> std::io::Result<T> {
+    system()
+}
+
+#[cfg(test)]
+fn attempt<T>(
+    operation: Operation<'_>,
+    path: &Path,
+    system: impl FnOnce() -> std::io::Result<T>,
+) -> std::io::Result<T> {
+    faults::before(operation, path)?;
+    let done = system()?;
+    faults::after(operation, path)?;
+    Ok(done)
+}
+
+/// Creates a folder and those above it, where they are not there yet.
+pub(super) fn create_folder(path: &Path) -> Result<(), StoreError> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    act(Operation::CreateFolder, path, || std::fs::create_dir_all(path))
+}
+
+/// Creates a file, or empties the one that is there.
+pub(super) fn create(path: &Path) -> Result<File, StoreError> {
+    act(Operation::Create, path, || File::create(path))
+}
+
+/// Writes a whole buffer to a file that [`create`] gave for `path`.
+pub(super) fn write(mut file: &File, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    attempt(Operation::Write, path, || file.write_all(bytes))
+}
+
+/// Makes the contents of an open file survive a power loss.
+pub(super) fn sync(file: &File, path: &Path) -> Result<(), StoreError> {
+    act(Operation::Sync, path, || file.sync_all())
+}
+
+/// Makes the names in a folder survive a power loss.
+pub(super) fn sync_folder(path: &Path) -> Result<(), StoreError> {
+    act(Operation::SyncFolder, path, || File::open(path)?.sync_all())
+}
+
+/// Writes a new file, safely on disk when this returns; its name is so only after [`sync_folder`].
+pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let file = create(path)?;
+    write(&file, path, bytes).map_err(StoreError::io(path))?;
+    sync(&file, path)
+}
+
+/// Copies a file, safely on disk when this returns; its name is so only after [`sync_folder`].
+pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
+    let mut source = File::open(from).map_err(StoreError::io(from))?;
+    let mut file = create(to)?;
+    act(Operation::Write, to, || std::io::copy(&mut source, &mut file))?;
+    sync(&file, to)
+}
+
+/// Gives a file another name, replacing what had it.
+pub(super) fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
+    act(Operation::RenameTo(to), from, || std::fs::rename(from, to))
+}
+
+/// Removes a file, if it is there.
+pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
+    act(Operation::Remove, path, || match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    })
+}
+
+/// Commits a transaction of the database at `path`.
+pub(super) fn commit(transaction: Transaction<'_>, path: &Path) -> Result<(), StoreError> {
+    let mut failed = None;
+    let attempted = attempt(Operation::Commit, path, || {
+        transaction.commit().map_err(|error| {
+            failed = Some(error);
+            std::io::Error::other("the commit failed")
+        })
+    });
+    match (attempted, failed) {
+        (Err(_), Some(error)) => Err(StoreError::sql(path)(error)),
+        (attempted, _) => attempted.map_err(StoreError::io(path)),
+    }
+}

@@ -1,0 +1,195 @@
+//! Gamma and b0 of a droplet from an experiment: its frames, speed and shape against position in one constriction, are
+//! compared with simulated passages, and the parameters of least deviation are what the droplet had ([C24] 3.1, eqs 13, 14).
+//!
+//! ```text
+//! frames (CSV) -> search (grid, then Nelder-Mead): profile (simulation) -> deviation -> fit of each trial -> spread
+//! ```
+
+pub mod deviation;
+pub mod frames;
+pub mod profile;
+pub mod search;
+
+use crate::parameters::Point;
+use deviation::{Deviation, curvature_errors};
+use frames::Trial;
+use profile::{Laboratory, Parameters, Profile};
+use rayon::prelude::*;
+use search::{Grid, Ranges};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::sync::Arc;
+
+/// Relative step in Gamma and in b0 over which profiles are compared for the errors of a fit, and the least step in b0.
+const STEPS: [f64; 3] = [0.02, 0.1, 2e-3];
+
+/// Probability that an interval leaves out on one side.
+const TAIL: f64 = 0.025;
+
+/// The fit of one trial.
+#[derive(Clone, Debug)]
+pub struct TrialFit {
+    /// Gamma* and b0*.
+    pub parameters: Parameters,
+    /// Delta_v and Delta_A there.
+    pub deviation: Deviation,
+    /// The simulated passage.
+    pub profile: Arc<Profile>,
+}
+
+/// A parameter over all trials.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Mean over the trials.
+    pub value: f64,
+    /// Standard deviation over the trials, or standard error of the one trial; `None` if it cannot be had.
+    pub spread: Option<f64>,
+    /// 95% interval.
+    pub interval: Option<[f64; 2]>,
+}
+
+/// What a calibration found.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// The fits, in the order of the trials.
+    pub fits: Vec<TrialFit>,
+    /// Gamma*.
+    pub gamma: Estimate,
+    /// b0*.
+    pub b0: Estimate,
+    /// Where the simulated droplets started and ended, in sigma.
+    pub window: [f64; 2],
+    /// Simulations made, and how many of them failed.
+    pub simulations: [usize; 2],
+    /// Names of the parameters that lie at an end of their range.
+    pub at_the_end: Vec<&'static str>,
+}
+
+/// Why there is no fit.
+#[derive(Debug, thiserror::Error)]
+pub enum CalibrateError {
+    /// No droplet of the grid could be simulated.
+    #[error(
+        "none of the {0} simulations came to an end, so there is nothing to compare; try other values of --gamma, or a larger --kappa"
+    )]
+    NothingRuns(usize),
+    /// The optimiser gave up.
+    #[error("the search failed: {0}; try a narrower --gamma or --b0")]
+    Search(String),
+}
+
+/// Fits Gamma and b0 to every trial by least Delta_v, on the threads of the current rayon pool.
+///
+/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. `watch` hears of
+/// every simulation that ends how many have. The answer does not depend on the number of threads.
+///
+/// # Errors
+/// [`CalibrateError`].
+pub fn calibrate(
+    trials: &[Trial],
+    template: &Point,
+    ranges: &Ranges,
+    watch: &(dyn Fn(usize) + Sync),
+) -> Result<Calibration, CalibrateError> {
+    let laboratory = Laboratory::new(template.clone(), trials, watch);
+    let grid = Grid::simulate(ranges, &laboratory, trials);
+    let fits: Vec<TrialFit> =
+        trials.par_iter().map(|trial| fit(trial, &grid, &laboratory, ranges)).collect::<Result<_, _>>()?;
+    let errors = match (trials, fits.as_slice()) {
+        ([trial], [only]) => single_errors(trial, only, &laboratory),
+        _ => None,
+    };
+    let estimate = |k: usize| {
+        let values: Vec<f64> = fits.iter().map(|fit| [fit.parameters.gamma, fit.parameters.b0][k]).collect();
+        match errors {
+            Some(errors) => of_one(values[0], errors[k], trials[0].frames.len()),
+            None => of_many(&values),
+        }
+    };
+    let (gamma, b0) = (estimate(0), estimate(1));
+    let at_the_end = at_the_end(&fits, ranges);
+    let (window, simulations) = (laboratory.window(), laboratory.count());
+    Ok(Calibration { gamma, b0, window, simulations, at_the_end, fits })
+}
+
+fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges) -> Result<TrialFit, CalibrateError> {
+    let found = search::minimise(grid, laboratory, trial, ranges);
+    let found = found.map_err(|error| CalibrateError::Search(error.to_string()))?;
+    let nothing = || CalibrateError::NothingRuns(laboratory.count()[0]);
+    let parameters = found.ok_or_else(nothing)?;
+    let profile = laboratory.profile(parameters).map_err(|_| nothing())?;
+    Ok(TrialFit { parameters, deviation: Deviation::between(&profile, trial), profile })
+}
+
+/// Errors of the fit of a single trial, from four more profiles round it; one side serves where the other stays stuck.
+fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> Option<[f64; 2]> {
+    let Parameters { gamma, b0 } = fit.parameters;
+    let (dg, db) = (STEPS[0] * gamma, (STEPS[1] * b0).max(STEPS[2]));
+    let around = [(gamma - dg, b0), (gamma + dg, b0), (gamma, (b0 - db).max(0.0)), (gamma, b0 + db)];
+    let sides: Vec<(Parameters, Arc<Profile>)> = around
+        .into_par_iter()
+        .map(|(gamma, b0)| {
+            let side = Parameters { gamma, b0 };
+            let passes = |profile: &Arc<Profile>| !(Deviation::between(profile, trial).missed > 0.0);
+            match laboratory.profile(side).ok().filter(passes) {
+                Some(profile) => (side, profile),
+                None => (fit.parameters, fit.profile.clone()),
+            }
+        })
+        .collect();
+    let [g0, g1, b0, b1] = [0, 1, 2, 3].map(|k| (sides[k].0, sides[k].1.as_ref()));
+    curvature_errors(trial, &fit.profile, [[g0, g1], [b0, b1]])
+}
+
+/// An estimate from one trial of `n` frames, whose interval is that of Student's t with n - 2 degrees of freedom.
+fn of_one(value: f64, error: f64, n: usize) -> Estimate {
+    let reach = student((n - 2) as f64).map(|t| t * error);
+    Estimate { value, spread: Some(error), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+}
+
+/// Mean, standard deviation (n - 1), and interval of the mean by Student's t with n - 1 degrees of freedom.
+fn of_many(values: &[f64]) -> Estimate {
+    let n = values.len() as f64;
+    let value = values.iter().sum::<f64>() / n;
+    if values.len() < 2 {
+        return Estimate { value, spread: None, interval: None };
+    }
+    let spread = (values.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (n - 1.0)).sqrt();
+    let reach = student(n - 1.0).map(|t| t * spread / n.sqrt());
+    Estimate { value, spread: Some(spread), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+}
+
+/// The quantile of Student's t that bounds a 95% interval.
+fn student(freedom: f64) -> Option<f64> {
+    StudentsT::new(0.0, 1.0, freedom).ok().map(|t| t.inverse_cdf(1.0 - TAIL))
+}
+
+/// Which parameters of any fit lie within 1% of an end of their range; b0 = 0 is no such end.
+fn at_the_end(fits: &[TrialFit], ranges: &Ranges) -> Vec<&'static str> {
+    let near = |value: f64, end: f64| (value - end).abs() <= 0.01 * end;
+    let gamma = |fit: &TrialFit| {
+        near(fit.parameters.gamma, *ranges.gamma.start()) || near(fit.parameters.gamma, *ranges.gamma.end())
+    };
+    let b0 = |fit: &TrialFit| {
+        let start = *ranges.b0.start();
+        (start > 0.0 && near(fit.parameters.b0, start)) || near(fit.parameters.b0, *ranges.b0.end())
+    };
+    let mut names = Vec::new();
+    names.extend(fits.iter().any(gamma).then_some("gamma"));
+    names.extend(fits.iter().any(b0).then_some("b0"));
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spread_over_trials_is_that_of_the_textbooks() {
+        let estimate = of_many(&[1.0, 2.0, 3.0]);
+        assert_eq!((estimate.value, estimate.spread), (2.0, Some(1.0)));
+        // t(2, 97.5%) = 4.3027.
+        let [low, high] = estimate.interval.unwrap();
+        assert!(low == 0.0 && (high - (2.0 + 4.3027 / 3.0_f64.sqrt())).abs() < 1e-3, "{high}");
+        assert_eq!(of_many(&[1.5]).spread, None);
+    }
+}

@@ -1,0 +1,112 @@
+//! Mean speed of a grid point: the mean over its runs that flow, each the slope of its r(t) after the start-up.
+//!
+//! **Interval.** Ten arrays a point are common, and a plain percentile bootstrap of ten values is too narrow. Coverage
+//! of nominal 95% intervals for ten values (4000 sets each):
+//!
+//! | | normal | log-normal (0.5) | exponential |
+//! |---|---|---|---|
+//! | percentile | 90% | 88% | 86% |
+//! | BCa | 90% | 89% | 88% |
+//! | studentised (used) | 95% | 94% | 94% |
+//!
+//! Each resample gives `t* = (its mean - mean)/(its standard error)`, and with the quantiles of t* the interval is
+//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, e the standard error of the mean. A resample of one value repeated has
+//! no t*; where those are more than 1%, as they are of four values or fewer, there is no interval.
+
+use crate::parameters::Model;
+use crate::results::fits::{PointRuns, SpeedAverage};
+use crate::results::trajectory::Outcome;
+use crate::study::random::index;
+use crate::study::survival::count;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+/// Fewest runs that give an interval.
+const FEWEST_RUNS: usize = 5;
+
+/// Number of resamples: the 250th from either end bound the central 95%.
+///
+/// The seed being fixed, their chance is the same for all points; with fewer it would shift all intervals together.
+const RESAMPLES: usize = 9999;
+
+/// Most resamples that may be one value repeated, 1%: of five different values 0.16% are, of four 1.6%.
+const MOST_REPEATED: usize = RESAMPLES / 100;
+
+/// Seed of the bootstrap.
+const SEED: u64 = 0x0073_7065_6564;
+
+/// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have one, with a 95% interval.
+///
+/// `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP. The interval needs five such runs.
+pub fn speed_average(point: &PointRuns) -> SpeedAverage {
+    let flowed = |outcome| matches!(outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
+    let flowing = point.runs.iter().filter(|run| flowed(run.outcome));
+    let mut speeds: Vec<f64> = flowing.filter_map(|run| run.v_g_mean).collect();
+    // Sorted, so that neither the sum nor the resamples depend on the order of the runs.
+    speeds.sort_by(f64::total_cmp);
+    let v_g = (!speeds.is_empty()).then(|| mean(&speeds));
+    let interval = studentised_interval(&speeds);
+    let ca = match &point.point.model {
+        Model::Deformable(ring) => v_g.map(|v_g| v_g * std::f64::consts::FRAC_PI_4 / ring.gamma),
+        Model::Soft(_) => None,
+    };
+    SpeedAverage {
+        runs: count(point.runs.len()),
+        flowing: count(speeds.len()),
+        v_g,
+        v_g_low: interval.map(|(low, _)| low),
+        v_g_high: interval.map(|(_, high)| high),
+        ca,
+    }
+}
+
+/// The 95% interval of the mean by the studentised bootstrap; `None` of fewer than five values, or if most are equal.
+fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
+    if values.len() < FEWEST_RUNS {
+        return None;
+    }
+    let (centre, error) = mean_and_error(values);
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut resample = vec![0.0; values.len()];
+    let mut deviations = Vec::with_capacity(RESAMPLES);
+    for _ in 0..RESAMPLES {
+        resample.fill_with(|| values[index(&mut random, values.len())]);
+        let (mean, own_error) = mean_and_error(&resample);
+        // One value repeated has no error but round-off.
+        if own_error > 1e-6 * error {
+            deviations.push((mean - centre) / own_error);
+        }
+    }
+    if deviations.len() < RESAMPLES - MOST_REPEATED {
+        return None;
+    }
+    deviations.sort_by(f64::total_cmp);
+    let tail = (deviations.len() + 1) / 40;
+    let (smallest, largest) = (deviations[tail - 1], deviations[deviations.len() - tail]);
+    Some((centre - largest * error, centre - smallest * error))
+}
+
+/// Mean and its standard error, `sqrt(sum (x - mean)^2/(n (n - 1)))`, of at least two values.
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let (n, mean) = (values.len() as f64, mean(values));
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (mean, (squares / (n * (n - 1.0))).sqrt())
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn too_few_or_too_equal_values_have_no_interval() {
+        let (low, high) = studentised_interval(&[0.1, 0.2, 0.3, 0.4, 0.5]).unwrap();
+        assert!(low < 0.2 && 0.4 < high, "{low} {high}");
+        assert_eq!(studentised_interval(&[0.1, 0.2, 0.3, 0.4]), None);
+        assert_eq!(studentised_interval(&[0.75; 6]), None);
+        assert_eq!(studentised_interval(&[0.5, 0.5, 0.5, 0.5, 0.9]), None);
+    }
+}

@@ -1,0 +1,210 @@
+//! Exponential survival `P(r) = exp(-r/lambda)` ([C24] eq. 16) by maximum likelihood, with right censoring.
+//!
+//! A run that clogs contributes the density `exp(-r/lambda)/lambda`, any other the probability `exp(-r/lambda)` to have
+//! got at least as far as it did. With `S` the sum of all r and `d` the number of clogs the log-likelihood is
+//!
+//! ```text
+//! L(lambda) = -d ln(lambda) - S/lambda,      largest at lambda = S/d.
+//! ```
+//!
+//! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. In `x = lambda/(S/d)`
+//! that is `d (ln x + 1/x - 1) <= 1.92`: its relative ends depend on d alone. Without a clog the one-sided bound is the
+//! lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) = S/3.00`.
+
+use crate::results::fits::FinishedRun;
+use crate::results::trajectory::Outcome;
+
+/// Half the 95% quantile of chi-squared with one degree of freedom.
+const HALF_CHI_SQUARED: f64 = 3.841_458_820_694_124 / 2.0;
+
+/// Clogs for a relative half-width of 10%: `(1.96/0.1)^2`.
+const CLOGS_FOR_TEN_PERCENT: f64 = 384.16;
+
+/// How far one droplet got.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lifetime {
+    /// Displacement at the end, in sigma, not negative.
+    pub r: f64,
+    /// Whether it clogged there; otherwise it would have gone on, nobody knows how far.
+    pub clogged: bool,
+}
+
+/// Lifetimes in a fixed order: by displacement, at equal displacement the clogged first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lifetimes(Vec<Lifetime>);
+
+impl Lifetimes {
+    /// Lifetimes in any order; a negative displacement counts as 0.
+    pub fn new(mut lifetimes: Vec<Lifetime>) -> Self {
+        for life in &mut lifetimes {
+            // Unlike f64::max this keeps a NaN, so that it shows in the result.
+            life.r = if life.r > 0.0 || life.r.is_nan() { life.r } else { 0.0 };
+        }
+        lifetimes.sort_by(|a, b| a.r.total_cmp(&b.r).then(b.clogged.cmp(&a.clogged)));
+        Self(lifetimes)
+    }
+
+    /// The lifetimes of finished runs: every outcome but [`Outcome::Clogged`] is censored at its displacement.
+    ///
+    /// A droplet that settles a little behind its start (`r_end < 0`) has gone no distance: its r is 0.
+    pub fn of_runs(runs: &[FinishedRun]) -> Self {
+        let life = |run: &FinishedRun| Lifetime { r: run.r_end, clogged: run.outcome == Outcome::Clogged };
+        Self::new(runs.iter().map(life).collect())
+    }
+
+    /// The lifetimes, in order.
+    pub fn as_slice(&self) -> &[Lifetime] {
+        &self.0
+    }
+
+    /// Number of runs.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there is no run.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Number of clogs, d.
+    pub fn clogs(&self) -> usize {
+        self.0.iter().filter(|life| life.clogged).count()
+    }
+
+    /// Sum of all displacements, S, in sigma.
+    pub fn total(&self) -> f64 {
+        self.0.iter().map(|life| life.r).sum()
+    }
+}
+
+/// What the runs of one point say about lambda, in sigma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DecayLength {
+    /// Something clogged: the estimate and its 95% profile-likelihood interval.
+    Measured {
+        /// The estimate S/d.
+        lambda: f64,
+        /// Lower end.
+        low: f64,
+        /// Upper end.
+        high: f64,
+    },
+    /// Nothing clogged: lambda is larger than this, one-sided 95%.
+    Above(f64),
+    /// Nothing clogged and nothing moved.
+    Unknown,
+}
+
+/// The decay length by maximum likelihood.
+///
+/// If all droplets clog where they start, lambda and both ends of its interval are 0.
+pub fn maximum_likelihood(lifetimes: &Lifetimes) -> DecayLength {
+    let (clogs, total) = (lifetimes.clogs(), lifetimes.total());
+    if clogs > 0 {
+        let lambda = total / clogs as f64;
+        let (low, high) = relative_interval(clogs);
+        DecayLength::Measured { lambda, low: low * lambda, high: high * lambda }
+    } else if total > 0.0 {
+        DecayLength::Above(total / -libm::log(0.05))
+    } else {
+        DecayLength::Unknown
+    }
+}
+
+/// Ends of the 95% interval over the estimate, for d > 0 clogs.
+fn relative_interval(clogs: usize) -> (f64, f64) {
+    // With u = ln x: u + exp(-u) - 1 = drop, at least u^2/2 on the left of 0 and at least u - 1 on the right.
+    let drop = HALF_CHI_SQUARED / clogs as f64;
+    let excess = |u: f64| u + libm::expm1(-u) - drop;
+    let low = root(excess, -(2.0 * drop).sqrt(), 0.0);
+    let high = root(excess, 0.0, drop + 1.0);
+    (libm::exp(low), libm::exp(high))
+}
+
+/// The root of `f` between `a` and `b`, where it changes sign, by bisection to the last bit.
+fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
+    let sign = f(a) > 0.0;
+    loop {
+        let middle = 0.5 * (a + b);
+        if middle <= a || middle >= b {
+            return middle;
+        }
+        if (f(middle) > 0.0) == sign { a = middle } else { b = middle }
+    }
+}
+
+/// Runs in total for `1.96/sqrt(d) = 10%`, that is 384.16 clogs, at the present share of clogs; `None` without a clog.
+pub fn runs_for_ten_percent(runs: usize, clogs: usize) -> Option<u32> {
+    // The conversion saturates, at four thousand million runs.
+    (clogs > 0).then(|| (CLOGS_FOR_TEN_PERCENT * runs as f64 / clogs as f64).ceil() as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lifetimes(clogged: &[f64], censored: &[f64]) -> Lifetimes {
+        let life = |clogged| move |&r: &f64| Lifetime { r, clogged };
+        Lifetimes::new(clogged.iter().map(life(true)).chain(censored.iter().map(life(false))).collect())
+    }
+
+    #[test]
+    fn lambda_is_all_distance_over_the_clogs_and_its_ends_lie_1_92_below_the_top() {
+        let DecayLength::Measured { lambda, low, high } = maximum_likelihood(&lifetimes(&[1.0, 3.0], &[8.0])) else {
+            panic!("two clogs measure lambda")
+        };
+        let likelihood = |lambda: f64| -2.0 * libm::log(lambda) - 12.0 / lambda;
+        assert_eq!(lambda, 6.0);
+        for end in [low, high] {
+            assert!((likelihood(lambda) - likelihood(end) - 1.920_729_410_347_062).abs() < 1e-12);
+        }
+        assert!(low < lambda && lambda < high);
+    }
+
+    #[test]
+    fn the_relative_interval_of_many_clogs_is_1_96_over_the_root() {
+        let (low, high) = relative_interval(1_000_000);
+        assert!((low - 0.998_041).abs() < 2e-6 && (high - 1.001_961).abs() < 2e-6, "{low} {high}");
+        let (low, high) = relative_interval(1);
+        // One clog, by hand: ln x + 1/x - 1 = 1.92073.
+        for x in [low, high] {
+            assert!((libm::log(x) + 1.0 / x - 2.920_729_41).abs() < 1e-8, "{x}");
+        }
+    }
+
+    #[test]
+    fn without_a_clog_the_bound_leaves_five_percent_to_get_so_far() {
+        let DecayLength::Above(bound) = maximum_likelihood(&lifetimes(&[], &[100.0, 260.0])) else {
+            panic!("no clog gives a bound")
+        };
+        assert!((libm::exp(-360.0 / bound) - 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn no_runs_and_droplets_that_never_moved_say_nothing() {
+        assert_eq!(maximum_likelihood(&lifetimes(&[], &[])), DecayLength::Unknown);
+        assert_eq!(maximum_likelihood(&lifetimes(&[], &[0.0, -0.01])), DecayLength::Unknown);
+    }
+
+    #[test]
+    fn a_droplet_that_fell_back_has_gone_no_distance() {
+        let fit = maximum_likelihood(&lifetimes(&[-0.3, 5.0], &[]));
+        assert!(matches!(fit, DecayLength::Measured { lambda: 2.5, .. }));
+        let stuck = maximum_likelihood(&lifetimes(&[0.0, -0.3], &[]));
+        assert_eq!(stuck, DecayLength::Measured { lambda: 0.0, low: 0.0, high: 0.0 });
+    }
+
+    #[test]
+    fn a_displacement_that_is_no_number_shows_in_the_result() {
+        let fit = maximum_likelihood(&lifetimes(&[f64::NAN, 1.0], &[]));
+        assert!(matches!(fit, DecayLength::Measured { lambda, .. } if lambda.is_nan()));
+    }
+
+    #[test]
+    fn ten_percent_takes_385_runs_if_all_clog_and_twice_the_clogs_if_half_do() {
+        assert_eq!(runs_for_ten_percent(50, 50), Some(385));
+        assert_eq!(runs_for_ten_percent(50, 25), Some(769));
+        assert_eq!(runs_for_ten_percent(50, 0), None);
+    }
+}
