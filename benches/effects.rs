@@ -24,7 +24,7 @@ use meniscus::physics::ring::forces::far_drag::FarDrag;
 use meniscus::physics::ring::forces::gravity::Gravity;
 use meniscus::physics::ring::forces::perimeter::Perimeter;
 use meniscus::physics::ring::forces::tension::Tension;
-use meniscus::physics::simd::best_level;
+use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
 use std::time::Instant;
@@ -62,11 +62,11 @@ fn bare() -> f64 {
         gravity: Gravity::new(N),
         drag: FarDrag { rate: 1.0 / V_T },
         eps_squared: 0.01 * rest * rest,
-        walls: Box::new(Contact::new(nowhere, ContactKind::Edge, N, 1e4 / N as f64, rest, best_level())),
+        walls: Box::new(Contact::new(nowhere, ContactKind::Edge, N, 1e4 / N as f64, rest, best_instruction_set())),
         others: Vec::new(),
     };
     let ring = Ring::regular(N, [20.0, 20.0], Ring::regular_radius(N));
-    let mut motion = RingMotion::start(ring, effects, 5e-4, best_level());
+    let mut motion = RingMotion::start(ring, effects, 5e-4, best_instruction_set());
     let begin = Instant::now();
     motion.advance((LONG - SHORT) * 2000);
     let time = begin.elapsed().as_secs_f64();

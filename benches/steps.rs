@@ -22,7 +22,7 @@ use meniscus::physics::ring::forces::far_drag::FarDrag;
 use meniscus::physics::ring::forces::gravity::Gravity;
 use meniscus::physics::ring::forces::perimeter::Perimeter;
 use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
-use meniscus::physics::simd::best_level;
+use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
 use std::time::Instant;
@@ -49,7 +49,7 @@ fn effects<E: EdgeForce>(n: usize, edge: E, discs: Arc<ObstacleArray>) -> RingEf
         gravity: Gravity::new(n),
         drag: FarDrag { rate: 1.0 / V_T },
         eps_squared: 0.01 * rest * rest,
-        walls: Box::new(Contact::new(discs, ContactKind::Edge, n, 1e4 / n as f64, rest, best_level())),
+        walls: Box::new(Contact::new(discs, ContactKind::Edge, n, 1e4 / n as f64, rest, best_instruction_set())),
         others: Vec::new(),
     }
 }
@@ -75,7 +75,7 @@ fn nanoseconds(run: impl FnOnce()) -> f64 {
 
 /// Nanoseconds per vertex and step, and the mean x.
 fn verlet<E: EdgeForce>(n: usize, steps: u64, edge: E, discs: Arc<ObstacleArray>) -> (f64, f64) {
-    let mut motion = RingMotion::start(ring(n), effects(n, edge, discs), DT, best_level());
+    let mut motion = RingMotion::start(ring(n), effects(n, edge, discs), DT, best_instruction_set());
     let time = nanoseconds(|| motion.advance(steps));
     (time / steps as f64 / n as f64, mean_x(&motion.ring))
 }
@@ -94,13 +94,13 @@ fn main() {
             "contact" => verlet(n, steps, general(n), discs(true)),
             "implicit" => {
                 let mut motion =
-                    ImplicitMotion::start(ring(n), effects(n, general(n), discs(true)), 0.02, best_level());
+                    ImplicitMotion::start(ring(n), effects(n, general(n), discs(true)), 0.02, best_instruction_set());
                 let time = nanoseconds(|| motion.advance(steps / 20).expect("this scene is an easy one"));
                 (time / motion.work.iterations as f64, mean_x(&motion.ring))
             }
             _ => {
                 let effects = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 1.0 / V_T, b0: 0.0, alpha: 1.0 };
-                let mut motion = SoftMotion::start(CENTRE, effects, DT, discs(true), best_level());
+                let mut motion = SoftMotion::start(CENTRE, effects, DT, discs(true), best_instruction_set());
                 let time = nanoseconds(|| motion.advance(steps));
                 (time / steps as f64, motion.observe().x - CENTRE[0])
             }

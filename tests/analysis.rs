@@ -117,7 +117,8 @@ fn shares_of_small_p(n: usize, life: impl Fn(&mut Draws) -> Lifetime + Sync) -> 
         p_exponential(&Lifetimes::new((0..n).map(|_| life(&mut draws)).collect()))
     };
     let all: Vec<f64> = (0..10_000).into_par_iter().filter_map(p_of).collect();
-    [0.05, 0.25, 0.5].map(|level| all.iter().filter(|&&p| p <= level).count() as f64 / all.len() as f64)
+    [0.05, 0.25, 0.5]
+        .map(|instruction_set| all.iter().filter(|&&p| p <= instruction_set).count() as f64 / all.len() as f64)
 }
 
 #[test]

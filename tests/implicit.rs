@@ -1,6 +1,5 @@
 //! Laws of the implicit integrator: its second derivatives, its order, and the physics it shares with velocity-Verlet.
 
-use fearless_simd::Level;
 use meniscus::parameters::{ContactKind, MASS, regular_edge};
 use meniscus::physics::motion::implicit::ImplicitMotion;
 use meniscus::physics::motion::implicit::field::Field;
@@ -16,6 +15,7 @@ use meniscus::physics::ring::forces::hydrostatic::Hydrostatic;
 use meniscus::physics::ring::forces::perimeter::Perimeter;
 use meniscus::physics::ring::forces::stiffness::Parts;
 use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::simd::InstructionSet;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use meniscus::physics::walls::plate::Plate;
 use meniscus::physics::walls::wall::Walls;
@@ -43,7 +43,7 @@ fn funnel() -> Arc<ObstacleArray> {
 }
 
 fn contact<W: Walls>(walls: W, kind: ContactKind, n: usize, k_w: f64, delta: f64) -> Box<dyn WallContact> {
-    Box::new(Contact::new(Arc::new(walls), kind, n, k_w, delta, Level::new()))
+    Box::new(Contact::new(Arc::new(walls), kind, n, k_w, delta, InstructionSet::new()))
 }
 
 fn effects<E: EdgeForce>(
@@ -52,7 +52,7 @@ fn effects<E: EdgeForce>(
     edge: E,
     k_a: f64,
     k_w: f64,
-    level: Level,
+    instruction_set: InstructionSet,
 ) -> RingEffects<E, FarDrag> {
     let eps = 0.1 * regular_edge(n);
     RingEffects {
@@ -61,7 +61,7 @@ fn effects<E: EdgeForce>(
         gravity: Gravity::new(n),
         drag: FarDrag { rate: 1.0 / V_T },
         eps_squared: eps * eps,
-        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, k_w, DELTA, level)),
+        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, k_w, DELTA, instruction_set)),
         others: Vec::new(),
     }
 }
@@ -97,9 +97,10 @@ fn check_stiffness<E: EdgeForce>(edge: E, area: Area, walls: Box<dyn WallContact
     let mut effects = RingEffects { edge, area, gravity, drag, eps_squared: eps * eps, walls, others: Vec::new() };
     effects.walls.moved(f64::INFINITY, &ring);
     let mut newton = Newton::new(n);
-    let mut gradient_at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, Level::new(), Parts::All);
+    let mut gradient_at =
+        |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, InstructionSet::new(), Parts::All);
     let (gradient, band, area_gradient) = gradient_at(&ring);
-    let largest = gradient.largest(Level::new());
+    let largest = gradient.largest(InstructionSet::new());
     assert!(largest > 0.0, "the term must act on this ring");
     let h = 1e-8;
     for k in 0..20 {
@@ -201,7 +202,7 @@ fn hydrostatic_gravity_has_the_second_derivatives_it_states_but_for_changes_of_t
     let ring = bent(N, [0.3, -0.2]);
     effects.walls.moved(f64::INFINITY, &ring);
     let mut newton = Newton::new(N);
-    let mut at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, Level::new(), Parts::All);
+    let mut at = |ring: &Ring| newton.derivatives(&mut ring.clone(), &effects, InstructionSet::new(), Parts::All);
     let (g, band, a) = at(&ring);
     let (area, _) = ring.area_and_perimeter();
     let h = 1e-6;
@@ -241,9 +242,9 @@ fn hydrostatic_gravity_has_the_second_derivatives_it_states_but_for_changes_of_t
 fn a_free_droplet_reaches_its_terminal_speed_exactly() {
     let mut motion = ImplicitMotion::start(
         circle(N, 10.0),
-        effects(&discs(&[], &[]), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, Level::new()),
+        effects(&discs(&[], &[]), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, InstructionSet::new()),
         DT,
-        Level::new(),
+        InstructionSet::new(),
     );
     motion.advance(500).unwrap();
     let seen = motion.observe();
@@ -256,8 +257,9 @@ fn the_scheme_is_of_second_order() {
     // A droplet that relaxes and falls; fast modes have died when it is looked at.
     let at_one = |steps: u32| {
         let edge = elastic(64, 1.0, 0.1);
-        let free = effects(&discs(&[], &[]), 64, edge, 1e2, 0.0, Level::new());
-        let mut motion = ImplicitMotion::start(bent(64, [10.0, 10.0]), free, 1.0 / f64::from(steps), Level::new());
+        let free = effects(&discs(&[], &[]), 64, edge, 1e2, 0.0, InstructionSet::new());
+        let mut motion =
+            ImplicitMotion::start(bent(64, [10.0, 10.0]), free, 1.0 / f64::from(steps), InstructionSet::new());
         motion.largest_move = 1.0;
         motion.advance(u64::from(steps)).unwrap();
         assert_eq!(motion.work.refused, 0);
@@ -281,9 +283,9 @@ fn with_drag_the_total_energy_never_rises() {
         let edge = elastic(N, 1.0, 1e-3);
         let mut motion = ImplicitMotion::start(
             circle(N, 9.9),
-            effects(&funnel(), N, edge, 1e4, k_w, Level::new()),
+            effects(&funnel(), N, edge, 1e4, k_w, InstructionSet::new()),
             DT,
-            Level::new(),
+            InstructionSet::new(),
         );
         let mut lowest = f64::INFINITY;
         for _ in 0..1000 {
@@ -314,8 +316,12 @@ fn settle<E: EdgeForce>(motion: &mut ImplicitMotion<E, FarDrag>, longest: u32) -
 #[test]
 fn a_droplet_clogs_where_verlet_has_it_clog_whatever_the_wall_stiffness() {
     let edge = elastic(N, 1.5, 1e-3);
-    let mut verlet =
-        RingMotion::start(circle(N, 9.9), effects(&funnel(), N, edge, 1e4, TOTAL, Level::new()), 1e-3, Level::new());
+    let mut verlet = RingMotion::start(
+        circle(N, 9.9),
+        effects(&funnel(), N, edge, 1e4, TOTAL, InstructionSet::new()),
+        1e-3,
+        InstructionSet::new(),
+    );
     let mut seen = verlet.observe();
     for t in 0..1000 {
         verlet.advance(1000);
@@ -328,9 +334,9 @@ fn a_droplet_clogs_where_verlet_has_it_clog_whatever_the_wall_stiffness() {
     for k_w in [TOTAL, LITERAL] {
         let mut motion = ImplicitMotion::start(
             circle(N, 9.9),
-            effects(&funnel(), N, edge, 1e4, k_w, Level::new()),
+            effects(&funnel(), N, edge, 1e4, k_w, InstructionSet::new()),
             DT,
-            Level::new(),
+            InstructionSet::new(),
         );
         let (_, at) = settle(&mut motion, 1000);
         let off = ((at[0] - seen.x).powi(2) + (at[1] - seen.y).powi(2)).sqrt();
@@ -345,9 +351,9 @@ fn the_hard_corner_settles_with_its_area_kept() {
     let edge = elastic(n, 10.0, 1e-4);
     let mut motion = ImplicitMotion::start(
         circle(n, 9.9),
-        effects(&funnel(), n, edge, 1e6, LITERAL, Level::new()),
+        effects(&funnel(), n, edge, 1e6, LITERAL, InstructionSet::new()),
         DT,
-        Level::new(),
+        InstructionSet::new(),
     );
     settle(&mut motion, 1000);
     let seen = motion.observe();
@@ -361,9 +367,9 @@ fn a_droplet_thrown_at_a_disc_takes_shorter_steps_and_does_not_pass_through_it()
     let thrown = |dt: f64| {
         let mut motion = ImplicitMotion::start(
             circle(N, 10.0),
-            effects(&disc, N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, Level::new()),
+            effects(&disc, N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, InstructionSet::new()),
             dt,
-            Level::new(),
+            InstructionSet::new(),
         );
         motion.ring.ux[..N].fill(10.0);
         motion
@@ -381,9 +387,9 @@ fn a_droplet_thrown_at_a_disc_takes_shorter_steps_and_does_not_pass_through_it()
 fn a_step_that_cannot_be_solved_is_an_unstable_run_and_says_so() {
     let mut motion = ImplicitMotion::start(
         circle(N, 9.9),
-        effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, Level::new()),
+        effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, TOTAL, InstructionSet::new()),
         DT,
-        Level::new(),
+        InstructionSet::new(),
     );
     motion.advance(3).unwrap();
     motion.effects.area.rest = f64::NAN;
@@ -394,21 +400,21 @@ fn a_step_that_cannot_be_solved_is_an_unstable_run_and_says_so() {
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    let run = |level| {
+    let run = |instruction_set| {
         let mut motion = ImplicitMotion::start(
             circle(N, 9.9),
-            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, level),
+            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, instruction_set),
             DT,
-            level,
+            instruction_set,
         );
         motion.advance(500).unwrap();
         (motion.ring.x, motion.ring.y, motion.ring.ux, motion.ring.uy)
     };
-    let plain = run(Level::fallback());
-    assert!(run(Level::new()) == plain);
+    let plain = run(InstructionSet::fallback());
+    assert!(run(InstructionSet::new()) == plain);
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = Level::new().as_avx2() {
-        assert!(run(Level::Avx2(avx2)) == plain);
+    if let Some(avx2) = InstructionSet::new().as_avx2() {
+        assert!(run(InstructionSet::Avx2(avx2)) == plain);
     }
 }
 
@@ -417,9 +423,9 @@ fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
     let begin = || {
         ImplicitMotion::start(
             circle(N, 9.9),
-            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, Level::new()),
+            effects(&funnel(), N, elastic(N, 1.0, 1e-3), 1e4, LITERAL, InstructionSet::new()),
             DT,
-            Level::new(),
+            InstructionSet::new(),
         )
     };
     let (mut whole, mut cut) = (begin(), begin());

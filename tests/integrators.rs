@@ -67,5 +67,5 @@ fn a_step_that_cannot_be_taken_ends_the_run_as_unstable_with_the_shape_kept() {
     let failure = run(&keys, 0).unwrap_err();
     assert_eq!(failure.class, FailureClass::Unstable);
     assert!(failure.reason.contains("dt"), "{failure}");
-    assert_eq!(failure.shape.unwrap().x.len(), 256);
+    assert_eq!(failure.outline.unwrap().x.len(), 256);
 }

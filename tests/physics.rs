@@ -1,6 +1,5 @@
 //! Laws of the ring: forces, energy, terminal speed, Laplace pressure, and equal bits on every instruction set.
 
-use fearless_simd::Level;
 use meniscus::parameters::{ContactKind, MASS, regular_edge};
 use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
 use meniscus::physics::ring::Ring;
@@ -12,6 +11,7 @@ use meniscus::physics::ring::forces::gravity::Gravity;
 use meniscus::physics::ring::forces::hydrostatic::Hydrostatic;
 use meniscus::physics::ring::forces::perimeter::Perimeter;
 use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::simd::InstructionSet;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use meniscus::physics::walls::plate::Plate;
 use meniscus::physics::walls::wall::Walls;
@@ -31,10 +31,10 @@ fn nothing() -> Arc<ObstacleArray> {
     Arc::new(ObstacleArray::from_centres(40.0, 0.15, &[], &[]))
 }
 
-/// Effects among `discs`, on the instruction set `level`.
+/// Effects among `discs`, on the instruction set `instruction_set`.
 fn among<E: EdgeForce>(
     discs: Arc<ObstacleArray>,
-    level: Level,
+    instruction_set: InstructionSet,
     edge: E,
     area: Area,
     gravity: Gravity,
@@ -42,18 +42,18 @@ fn among<E: EdgeForce>(
     e_w: f64,
 ) -> RingEffects<E, FarDrag> {
     let eps = 0.1 * regular_edge(N);
-    let walls = Box::new(Contact::new(discs, ContactKind::Edge, N, e_w / N as f64, 0.0123, level));
+    let walls = Box::new(Contact::new(discs, ContactKind::Edge, N, e_w / N as f64, 0.0123, instruction_set));
     RingEffects { edge, area, gravity, drag: FarDrag { rate }, eps_squared: eps * eps, walls, others: Vec::new() }
 }
 
 /// One effect alone, among three discs that touch the ring.
 fn alone<E: EdgeForce>(edge: E, area: Area, gravity: Gravity, e_w: f64) -> RingEffects<E, FarDrag> {
-    among(discs(), Level::new(), edge, area, gravity, 0.0, e_w)
+    among(discs(), InstructionSet::new(), edge, area, gravity, 0.0, e_w)
 }
 
 /// The whole droplet under gravity, among `discs`.
-fn falling(discs: Arc<ObstacleArray>, level: Level) -> RingEffects<(Tension, Perimeter), FarDrag> {
-    among(discs, level, general(), AREA, Gravity::new(N), 33.0, 1e4)
+fn falling(discs: Arc<ObstacleArray>, instruction_set: InstructionSet) -> RingEffects<(Tension, Perimeter), FarDrag> {
+    among(discs, instruction_set, general(), AREA, Gravity::new(N), 33.0, 1e4)
 }
 
 /// A ring bent out of shape, on no symmetry.
@@ -74,7 +74,7 @@ fn check_gradient<E: EdgeForce>(effects: RingEffects<E, FarDrag>) {
 }
 
 fn check_gradient_of<E: EdgeForce>(ring: Ring, effects: RingEffects<E, FarDrag>) {
-    let mut motion = RingMotion::start(ring, effects, 1e-9, Level::new());
+    let mut motion = RingMotion::start(ring, effects, 1e-9, InstructionSet::new());
     let (fx, fy) = motion.forces();
     let largest = fx.iter().chain(&fy).fold(0.0, |a: f64, f| a.max(f.abs()));
     assert!(largest > 0.0, "the term must act on this ring");
@@ -134,8 +134,8 @@ fn general() -> (Tension, Perimeter) {
 #[test]
 fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
     let worst = |dt: f64| {
-        let free = among(nothing(), Level::new(), general(), AREA, Gravity::off(), 0.0, 1e4);
-        let mut motion = RingMotion::start(bent(), free, dt, Level::new());
+        let free = among(nothing(), InstructionSet::new(), general(), AREA, Gravity::off(), 0.0, 1e4);
+        let mut motion = RingMotion::start(bent(), free, dt, InstructionSet::new());
         let begin = motion.total_energy();
         (0..100).fold(0.0, |worst: f64, _| {
             motion.advance((0.01 / dt).round() as u64);
@@ -150,7 +150,7 @@ fn without_drag_and_contact_energy_is_conserved_to_second_order_in_dt() {
 #[test]
 fn with_drag_the_total_energy_never_rises() {
     let start = Ring::regular(N, [9.2, 10.0], Ring::regular_radius(N));
-    let mut motion = RingMotion::start(start, falling(discs(), Level::new()), DT, Level::new());
+    let mut motion = RingMotion::start(start, falling(discs(), InstructionSet::new()), DT, InstructionSet::new());
     let mut lowest = motion.total_energy();
     for _ in 0..600 {
         motion.advance(100);
@@ -164,9 +164,9 @@ fn with_drag_the_total_energy_never_rises() {
 #[test]
 fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
     let v_t = 0.03;
-    let free = among(nothing(), Level::new(), general(), AREA, Gravity::new(N), 1.0 / v_t, 1e4);
+    let free = among(nothing(), InstructionSet::new(), general(), AREA, Gravity::new(N), 1.0 / v_t, 1e4);
     let start = Ring::regular(N, [10.0, 10.0], Ring::regular_radius(N));
-    let mut motion = RingMotion::start(start, free, DT, Level::new());
+    let mut motion = RingMotion::start(start, free, DT, InstructionSet::new());
     motion.advance(20_000);
     let seen = motion.observe();
     assert!((seen.velocity / v_t - 1.0).abs() < 1e-9);
@@ -177,8 +177,8 @@ fn a_free_droplet_reaches_its_terminal_speed_and_stays_a_circle() {
 #[test]
 fn a_free_circle_holds_the_pressure_gamma_over_radius() {
     let gamma = 1.7;
-    let resting = among(nothing(), Level::new(), Tension { gamma }, AREA, Gravity::off(), 33.0, 1e4);
-    let mut motion = RingMotion::start(Ring::regular(N, [10.0, 10.0], 0.5), resting, DT, Level::new());
+    let resting = among(nothing(), InstructionSet::new(), Tension { gamma }, AREA, Gravity::off(), 33.0, 1e4);
+    let mut motion = RingMotion::start(Ring::regular(N, [10.0, 10.0], 0.5), resting, DT, InstructionSet::new());
     motion.advance(50_000);
     let (area, _) = motion.ring.area_and_perimeter();
     let radius = (area / std::f64::consts::PI).sqrt();
@@ -189,22 +189,22 @@ fn a_free_circle_holds_the_pressure_gamma_over_radius() {
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    let run = |level| {
-        let mut motion = RingMotion::start(bent(), falling(discs(), level), DT, level);
+    let run = |instruction_set| {
+        let mut motion = RingMotion::start(bent(), falling(discs(), instruction_set), DT, instruction_set);
         motion.advance(20_000);
         (motion.ring.x, motion.ring.y, motion.ring.ux, motion.ring.uy)
     };
-    let plain = run(Level::fallback());
-    assert!(run(Level::new()) == plain);
+    let plain = run(InstructionSet::fallback());
+    assert!(run(InstructionSet::new()) == plain);
     #[cfg(target_arch = "x86_64")]
-    if let Some(avx2) = Level::new().as_avx2() {
-        assert!(run(Level::Avx2(avx2)) == plain);
+    if let Some(avx2) = InstructionSet::new().as_avx2() {
+        assert!(run(InstructionSet::Avx2(avx2)) == plain);
     }
 }
 
 #[test]
 fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
-    let begin = || RingMotion::start(bent(), falling(discs(), Level::new()), DT, Level::new());
+    let begin = || RingMotion::start(bent(), falling(discs(), InstructionSet::new()), DT, InstructionSet::new());
     let (mut whole, mut cut) = (begin(), begin());
     whole.advance(5000);
     for steps in [1, 7, 992, 3000, 1000] {
@@ -218,7 +218,7 @@ fn a_trajectory_does_not_depend_on_how_its_steps_are_cut() {
 fn hydrostatic_gravity_is_minus_the_gradient_of_its_energy_and_carries_the_whole_weight() {
     let mut effects = alone((), NO_AREA, Gravity::off(), 0.0);
     effects.others.push(Box::new(Hydrostatic));
-    let mut motion = RingMotion::start(bent(), effects, DT, Level::new());
+    let mut motion = RingMotion::start(bent(), effects, DT, InstructionSet::new());
     let (fx, fy) = motion.forces();
     assert!((fx[..N].iter().sum::<f64>() - MASS).abs() < 1e-12);
     assert!(fy[..N].iter().sum::<f64>().abs() < 1e-12);
@@ -231,7 +231,7 @@ fn hydrostatic_gravity_is_minus_the_gradient_of_its_energy_and_carries_the_whole
 fn contact_with_wedges_and_plates_is_minus_the_gradient_of_its_energy() {
     // Round, and no deeper than half a vertex: inside a sharp wedge the nearer face changes, and with it the force.
     fn touching<W: Walls>(walls: W, kind: ContactKind, centre: [f64; 2]) {
-        let walls = Contact::new(Arc::new(walls), kind, N, 100.0, 0.0123, Level::new());
+        let walls = Contact::new(Arc::new(walls), kind, N, 100.0, 0.0123, InstructionSet::new());
         let effects = RingEffects { walls: Box::new(walls), ..alone((), NO_AREA, Gravity::off(), 0.0) };
         check_gradient_of(Ring::regular(N, centre, 0.5), effects);
     }

@@ -68,8 +68,8 @@ fn refusal(arguments: &[&str]) -> String {
     String::from_utf8(expect(1, folder(), &arguments).stderr).unwrap()
 }
 
-fn kept(id: &str) -> Vec<meniscus::results::outline::ShapeRecord> {
-    store::shapes(&folder().join("pictures.meniscus"), id.parse::<JobId>().unwrap()).unwrap()
+fn kept(id: &str) -> Vec<meniscus::results::outline::Outline> {
+    store::outlines(&folder().join("pictures.meniscus"), id.parse::<JobId>().unwrap()).unwrap()
 }
 
 #[test]

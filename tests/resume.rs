@@ -7,7 +7,7 @@
 mod single;
 
 use meniscus::parameters::{Integrator, Job, Stepping};
-use meniscus::physics::simd::best_level;
+use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::simulate::{Context, Ended, Keeper, NoKeeper, Snapshot, go_on};
 use meniscus::physics::walls::arrays::library::ArrayLibrary;
 use meniscus::results::trajectory::{Failure, Trajectory};
@@ -80,7 +80,7 @@ fn cut(job: &Job, cuts: &[u64]) -> (Result<Trajectory, Failure>, u64) {
     let mut cutter = Cutter { stop: &stop, checks: 0, cuts, seen: 0 };
     let mut from = None;
     loop {
-        let context = Context { arrays: &arrays, level: best_level(), stop: &stop };
+        let context = Context { arrays: &arrays, instruction_set: best_instruction_set(), stop: &stop };
         match go_on(job, context, from.as_ref(), &mut cutter) {
             Ok(Ended::Finished(trajectory)) => return (Ok(*trajectory), cutter.seen),
             Ok(Ended::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)),
@@ -124,7 +124,7 @@ fn a_run_stopped_at_any_instant_between_two_checks_equals_an_uninterrupted_one()
                     std::thread::sleep(Duration::from_micros(pause));
                     stop.store(true, Ordering::Relaxed);
                 });
-                let context = Context { arrays: &arrays, level: best_level(), stop: &stop };
+                let context = Context { arrays: &arrays, instruction_set: best_instruction_set(), stop: &stop };
                 go_on(&job, context, from.as_ref(), &mut NoKeeper)
             });
             stop.store(false, Ordering::Relaxed);
@@ -153,7 +153,7 @@ fn a_run_that_fails_fails_alike_from_any_of_its_checks_on() {
 #[test]
 fn the_snapshot_of_another_job_is_refused() {
     let stop = AtomicBool::new(true);
-    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &stop };
+    let context = Context { arrays: &ArrayLibrary::default(), instruction_set: best_instruction_set(), stop: &stop };
     let begin = |job: &Job| match go_on(job, context, None, &mut NoKeeper) {
         Ok(Ended::Stopped(Some(snapshot))) => *snapshot,
         other => panic!("{other:?}"),

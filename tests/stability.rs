@@ -4,7 +4,6 @@
 #[path = "common/single.rs"]
 mod single;
 
-use fearless_simd::Level;
 use meniscus::campaign::file::Campaign;
 use meniscus::parameters::{ContactKind, Integrator, MASS, Model, regular_edge};
 use meniscus::physics::motion::guard::GuardedMotion;
@@ -15,6 +14,7 @@ use meniscus::physics::ring::forces::contact::Contact;
 use meniscus::physics::ring::forces::far_drag::FarDrag;
 use meniscus::physics::ring::forces::gravity::Gravity;
 use meniscus::physics::ring::forces::tension::Tension;
+use meniscus::physics::simd::InstructionSet;
 use meniscus::physics::simulate::stability::StabilityLimit;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use meniscus::results::trajectory::{FailureClass, Outcome, Trajectory};
@@ -164,10 +164,17 @@ fn falling(centre: [f64; 2], dt: f64, gamma: f64) -> RingMotion<Tension, FarDrag
         gravity: Gravity::new(N),
         drag: FarDrag { rate: 33.0 },
         eps_squared: eps * eps,
-        walls: Box::new(Contact::new(Arc::new(discs), ContactKind::Edge, N, 1e4 / N as f64, 0.0123, Level::new())),
+        walls: Box::new(Contact::new(
+            Arc::new(discs),
+            ContactKind::Edge,
+            N,
+            1e4 / N as f64,
+            0.0123,
+            InstructionSet::new(),
+        )),
         others: Vec::new(),
     };
-    RingMotion::start(Ring::regular(N, centre, 0.5), effects, dt, Level::new())
+    RingMotion::start(Ring::regular(N, centre, 0.5), effects, dt, InstructionSet::new())
 }
 
 #[test]

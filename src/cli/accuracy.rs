@@ -157,8 +157,8 @@ fn measured(dir: &Path) -> Result<String, StoreError> {
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     let model = model.map_or("an unknown processor", |(_, name)| name.trim());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let level = format!("{:?}", crate::physics::simd::best_level());
-    let level = level.split('(').next().unwrap_or_default();
+    let instruction_set = format!("{:?}", crate::physics::simd::best_instruction_set());
+    let instruction_set = instruction_set.split('(').next().unwrap_or_default();
     let Origins { commits, days } = origins(dir)?;
-    Ok(format!("{model}, {cores} cores, {level}, {days}, commit {commits}"))
+    Ok(format!("{model}, {cores} cores, {instruction_set}, {days}, commit {commits}"))
 }

@@ -20,10 +20,10 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tracing_indicatif::IndicatifLayer;
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::Layer;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
-use tracing_subscriber::{EnvFilter, Layer};
 
 /// What a subcommand returns: how to exit, or an error to be shown.
 type Outcome = Result<Exit, Box<dyn Error>>;
@@ -124,7 +124,9 @@ pub fn talk(cli: &Cli) {
         (false, 1) => LevelFilter::INFO,
         (false, _) => LevelFilter::DEBUG,
     };
-    let filter = EnvFilter::builder().with_default_directive(level.into()).from_env_lossy();
+    // RUST_LOG may ask for more of single modules, as in `RUST_LOG=meniscus::store=debug`.
+    let asked = std::env::var("RUST_LOG").ok().and_then(|text| text.parse::<Targets>().ok()).unwrap_or_default();
+    let filter = asked.with_default(level);
     let bars = IndicatifLayer::new();
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(bars.get_stderr_writer())

@@ -29,7 +29,7 @@ impl Arguments {
         let dir = store_of(self.store.as_deref(), &campaign.name);
         let campaign = this_round(&campaign, &dir)?;
         let known = KnownJobs::new(job_states(&dir)?);
-        let plan = plan(&campaign, &known, &Retry::Nothing, &machine_speed::measure(simd::best_level()));
+        let plan = plan(&campaign, &known, &Retry::Nothing, &machine_speed::measure(simd::best_instruction_set()));
         print(&plan.render(threads(self.threads)))?;
         Ok(Exit::Done)
     }

@@ -85,14 +85,14 @@ impl Arguments {
     fn draw(&self, id: JobId, kind: Kind) -> Result<Vec<u8>, Box<dyn Error>> {
         let job = store::job(&self.store, id)?.ok_or_else(|| no_such(&self.store, &id.to_string()))?;
         let story = ended(&self.store, id, &job)?;
-        let shapes = store::shapes(&self.store, id)?;
-        let Some(last) = shapes.last() else {
+        let outlines = store::outlines(&self.store, id)?;
+        let Some(last) = outlines.last() else {
             let reason = story.error.unwrap_or_else(|| "it was computed by a version that kept none".to_owned());
-            return Err(format!("job {id} has no shape to draw: {reason}").into());
+            return Err(format!("job {id} has no outline to draw: {reason}").into());
         };
-        if kind == Kind::Gif && shapes.len() < 2 {
+        if kind == Kind::Gif && outlines.len() < 2 {
             return Err(format!(
-                "job {id} has one shape, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
+                "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
                  and run it again; one picture: meniscus render {} {id} -o {id}.png",
                 self.store.display()
             )
@@ -102,13 +102,13 @@ impl Arguments {
         let surroundings = Surroundings::of(&job.point, job.seed)?;
         let caption = Caption { job: id, point: &job.point, seed: job.seed, story: &story };
         let picture = Picture { surroundings: &surroundings, path: &path, caption };
-        let view = if self.path { View::whole(&path, &shapes) } else { View::around(last) };
+        let view = if self.path { View::whole(&path, &outlines) } else { View::around(last) };
         Ok(match kind {
             Kind::Svg => picture.svg(last, &view).into_bytes(),
             Kind::Png => png(&picture.svg(last, &view), ZOOM.0)?,
             Kind::Gif => {
-                let views = if self.path { vec![view; shapes.len()] } else { View::following(&shapes) };
-                gif(shapes.len(), ZOOM.1, |k| picture.svg(&shapes[k], &views[k]))?
+                let views = if self.path { vec![view; outlines.len()] } else { View::following(&outlines) };
+                gif(outlines.len(), ZOOM.1, |k| picture.svg(&outlines[k], &views[k]))?
             }
         })
     }

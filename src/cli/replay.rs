@@ -19,7 +19,7 @@ impl Arguments {
         let (point, seed) = (&dump.job.point, dump.job.seed);
         let (model, scene) = (point.model.name(), point.scene.name());
         print(&format!("job {}: {model}, {scene}, seed {seed}, from step {} on\n", dump.id, dump.from_step()))?;
-        let now = dump.run(simd::best_level())?;
+        let now = dump.run(simd::best_instruction_set())?;
         match (now, dump.failure()) {
             (Err(now), Some(recorded)) if now == *recorded => {
                 print(&format!("failed as recorded: {now}\n"))?;

@@ -213,7 +213,7 @@ impl Effort {
             signal_hook::flag::register(signal, interrupted.clone())?;
         }
         let mut store = Store::open(dir)?;
-        let level = simd::best_level();
+        let instruction_set = simd::best_instruction_set();
         if let Some(class) = self.retry {
             store.retry(match class {
                 RetryClass::All => None,
@@ -221,12 +221,17 @@ impl Effort {
             })?;
         }
         let registered = register(&mut store, campaign)?;
-        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &machine_speed::measure(level));
+        let plan = plan(
+            campaign,
+            &KnownJobs::new(job_states(dir)?),
+            &Retry::Nothing,
+            &machine_speed::measure(instruction_set),
+        );
         store.begin_run(&Provenance {
             program_version: env!("CARGO_PKG_VERSION"),
             git_commit: env!("MENISCUS_COMMIT"),
             rustc: env!("MENISCUS_RUSTC"),
-            cpu_features: &format!("{level:?}"),
+            cpu_features: &format!("{instruction_set:?}"),
             campaign: registered,
         })?;
         let unfinished = store.folders().unfinished();
@@ -234,7 +239,7 @@ impl Effort {
         let mut display = Display::new(&plan, go_on, dir, self.threads, quiet);
         let deadline = self.deadline.map(|deadline| deadline.saturating_sub(begin.elapsed()));
         let Self { threads, checkpoint_every, .. } = *self;
-        let options = Options { threads, level, deadline, checkpoint_every, interrupted: &interrupted };
+        let options = Options { threads, instruction_set, deadline, checkpoint_every, interrupted: &interrupted };
         let report = executor::run(&plan.jobs, store, options, |progress, elapsed| display.update(progress, elapsed))?;
         display.finish(&report.progress);
         let Report { store, progress, stopped, paused } = report;

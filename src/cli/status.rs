@@ -29,7 +29,7 @@ impl Arguments {
         let status = status(&dir)?;
         let time_left = match status.holder {
             Some(_) => {
-                let speed = machine_speed::measure(simd::best_level());
+                let speed = machine_speed::measure(simd::best_instruction_set());
                 let left =
                     |work: Work| Progress::seen(&work.points, |point| speed.expected_s(point)).time_left(work.elapsed);
                 work(&dir)?.and_then(left)

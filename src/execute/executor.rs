@@ -8,11 +8,11 @@ use crate::campaign::plan::PlannedJob;
 use crate::execute::keeping::Keeping;
 use crate::execute::schedule::{Ended, Progress, StopReason};
 use crate::parameters::JobId;
+use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::{Context, Ended as RunEnded, go_on};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, FailureClass, Trajectory};
 use crate::store::{Hurry, Message, OutcomeSender, Store, StoreError, Writer, WriterOptions};
-use fearless_simd::Level;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -28,7 +28,7 @@ pub struct Options<'a> {
     /// Worker threads.
     pub threads: usize,
     /// Instruction set.
-    pub level: Level,
+    pub instruction_set: InstructionSet,
     /// Time after which jobs under way are saved and no other is taken up.
     pub deadline: Option<Duration>,
     /// Time between two checkpoints of a job.
@@ -106,7 +106,7 @@ pub fn run(
     let mut progress = Progress::of(jobs.len() as u64, jobs.iter().map(|job| job.expected_s).sum());
     let (stopped, paused) = std::thread::scope(|threads_of_run| {
         threads_of_run.spawn(|| {
-            let context = Context { arrays: &arrays, level: options.level, stop: &stop };
+            let context = Context { arrays: &arrays, instruction_set: options.instruction_set, stop: &stop };
             let worker = Worker { jobs, next: &next, context, keeping: &keeping };
             pool.broadcast(|_| worker.work(&writer.sender(), &told.clone()));
             // The last sender: the watching thread ends with it.
@@ -248,5 +248,5 @@ impl Worker<'_> {
 pub fn panicked(panic: &(dyn std::any::Any + Send)) -> Failure {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_owned());
     let reason = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".to_owned());
-    Failure { class: FailureClass::Panicked, reason, step: 0, shape: None }
+    Failure { class: FailureClass::Panicked, reason, step: 0, outline: None }
 }

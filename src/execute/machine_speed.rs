@@ -13,13 +13,13 @@ use crate::physics::ring::forces::far_drag::FarDrag;
 use crate::physics::ring::forces::gravity::Gravity;
 use crate::physics::ring::forces::perimeter::Perimeter;
 use crate::physics::ring::forces::tension::Tension;
+use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
-use fearless_simd::Level;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Time of a step of a 256-vertex ring, explicit and implicit, and of a point, all leaning on two discs.
-pub fn measure(level: Level) -> Speed {
+pub fn measure(instruction_set: InstructionSet) -> Speed {
     let n = 256;
     let discs = Arc::new(ObstacleArray::from_centres(20.0, 0.15, &[10.5, 10.5], &[9.6, 10.4]));
     let rest = regular_edge(n);
@@ -29,19 +29,19 @@ pub fn measure(level: Level) -> Speed {
         gravity: Gravity::new(n),
         drag: FarDrag { rate: 33.0 },
         eps_squared: 0.01 * rest * rest,
-        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, 1e4 / n as f64, rest, level)),
+        walls: Box::new(Contact::new(discs.clone(), ContactKind::Edge, n, 1e4 / n as f64, rest, instruction_set)),
         others: Vec::new(),
     };
     let ring = Ring::regular(n, [9.8, 10.0], Ring::regular_radius(n));
-    let mut deformable = RingMotion::start(ring.clone(), effects(), 1e-3, level);
-    let mut implicit = ImplicitMotion::start(ring, effects(), IMPLICIT_DT, level);
+    let mut deformable = RingMotion::start(ring.clone(), effects(), 1e-3, instruction_set);
+    let mut implicit = ImplicitMotion::start(ring, effects(), IMPLICIT_DT, instruction_set);
     // The first steps, in which the droplet is thrown back by the discs, are none like the others.
     let still = implicit.advance(20).is_ok();
     let before = implicit.work.iterations;
     let step_ns = fastest_ns(20, |steps| implicit.advance(steps).unwrap_or_default());
     let newton_steps_a_step = (implicit.work.iterations - before) as f64 / 60.0;
     let point = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
-    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs, level);
+    let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs, instruction_set);
     Speed {
         deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps)) / n as f64,
         implicit_ns_per_vertex_newton: if still {

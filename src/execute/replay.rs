@@ -3,11 +3,11 @@
 use crate::execute::executor::panicked;
 use crate::execute::saved::{Saved, SavedFailure};
 use crate::parameters::{Job, JobId};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::{Context, Ended, NoKeeper, go_on};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::Outcome;
 use crate::store::checkpoint_file::{self, CheckpointError};
-use fearless_simd::Level;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -60,9 +60,9 @@ impl Dump {
     ///
     /// # Errors
     /// [`ReplayError::NoJob`] if the state is not one of the job.
-    pub fn run(&self, level: Level) -> Result<Result<Outcome, SavedFailure>, ReplayError> {
+    pub fn run(&self, instruction_set: InstructionSet) -> Result<Result<Outcome, SavedFailure>, ReplayError> {
         let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
-        let context = Context { arrays: &arrays, level, stop: &stop };
+        let context = Context { arrays: &arrays, instruction_set, stop: &stop };
         let from = self.saved.snapshot.as_ref();
         let ended = catch_unwind(AssertUnwindSafe(|| go_on(&self.job, context, from, &mut NoKeeper)))
             .unwrap_or_else(|panic| Err(panicked(panic.as_ref())));

@@ -5,14 +5,15 @@
 //!
 //! Time advances by the same scheme as the ring's ([`crate::physics::motion::verlet`]).
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::parameters::MASS;
 use crate::physics::motion::in_pieces;
 use crate::physics::observation::Observation;
 use crate::physics::ring::ORIGIN_STEP;
-use crate::physics::walls::wall::{Shape, Walls};
-use crate::results::outline::{LoadRecord, ShapeRecord};
-use fearless_simd::{Level, prelude::*};
+use crate::physics::simd::InstructionSet;
+use crate::physics::walls::wall::{Obstacle, Walls};
+use crate::results::outline::{LoadRecord, Outline};
+use fearless_simd::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -56,10 +57,10 @@ pub struct SoftMotion<W: Walls> {
     effects: SoftEffects,
     dt: f64,
     walls: Arc<W>,
-    near: Vec<W::Shape>,
-    /// What each of them remembers of the step before ([`Shape::push_point`]).
+    near: Vec<W::Obstacle>,
+    /// What each of them remembers of the step before ([`Obstacle::push_point`]).
     memories: Vec<f64>,
-    level: Level,
+    instruction_set: InstructionSet,
     /// How far from a skeleton the listed walls may be, so that the nearest is among them.
     far: f64,
     slack: f64,
@@ -79,10 +80,16 @@ pub struct SoftState {
 
 impl<W: Walls> SoftMotion<W> {
     /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero now.
-    pub fn start(position: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
+    pub fn start(
+        position: [f64; 2],
+        effects: SoftEffects,
+        dt: f64,
+        walls: Arc<W>,
+        instruction_set: InstructionSet,
+    ) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
         let mut motion =
-            Self::at([position[0] - origin[0], position[1] - origin[1]], origin, effects, dt, walls, level);
+            Self::at([position[0] - origin[0], position[1] - origin[1]], origin, effects, dt, walls, instruction_set);
         motion.list_near();
         let force = motion.force(motion.position);
         motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
@@ -90,7 +97,14 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// A point that nothing is known of but its place.
-    fn at(position: [f64; 2], origin: [f64; 2], effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
+    fn at(
+        position: [f64; 2],
+        origin: [f64; 2],
+        effects: SoftEffects,
+        dt: f64,
+        walls: Arc<W>,
+        instruction_set: InstructionSet,
+    ) -> Self {
         Self {
             position,
             velocity: [0.0; 2],
@@ -100,7 +114,7 @@ impl<W: Walls> SoftMotion<W> {
             walls,
             near: Vec::new(),
             memories: Vec::new(),
-            level,
+            instruction_set,
             far: 0.0,
             slack: f64::NEG_INFINITY,
             listed_at: [f64::NAN; 2],
@@ -114,9 +128,15 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// Goes on from `state`. The list is made where it was: with near-wall drag it decides how far is looked, and so the last bits.
-    pub fn resume(state: SoftState, effects: SoftEffects, dt: f64, walls: Arc<W>, level: Level) -> Self {
+    pub fn resume(
+        state: SoftState,
+        effects: SoftEffects,
+        dt: f64,
+        walls: Arc<W>,
+        instruction_set: InstructionSet,
+    ) -> Self {
         let SoftState { position, velocity, origin, listed_at, slack } = state;
-        let mut motion = Self::at(listed_at, origin, effects, dt, walls, level);
+        let mut motion = Self::at(listed_at, origin, effects, dt, walls, instruction_set);
         motion.list_near();
         (motion.position, motion.velocity, motion.slack) = (position, velocity, slack);
         motion
@@ -136,15 +156,15 @@ impl<W: Walls> SoftMotion<W> {
             let far = self.far;
             let near = &mut self.near;
             near.clear();
-            self.walls.for_each_near(self.origin, [x - far, x + far, y - far, y + far], |shape| {
-                near.extend(shape.touch_point(x, y, far).map(|_| shape));
+            self.walls.for_each_near(self.origin, [x - far, x + far, y - far, y + far], |obstacle| {
+                near.extend(obstacle.touch_point(x, y, far).map(|_| obstacle));
             });
             if self.effects.b0 == 0.0 || !self.near.is_empty() || far > 100.0 {
                 break;
             }
             self.far *= 2.0;
         }
-        self.near.sort_by_key(Shape::id);
+        self.near.sort_by_key(Obstacle::id);
         self.forget();
         self.slack = SKIN;
         self.listed_at = self.position;
@@ -162,8 +182,8 @@ impl<W: Walls> SoftMotion<W> {
         // 1 - 2d/sigma = 2 overlap at sigma = 1.
         let (reach, stiffness) = (self.reach(), 4.0 * self.effects.stiffness);
         let mut force = [self.effects.weight, NEXT_TO_NOTHING];
-        for (shape, memory) in self.near.iter().zip(&mut self.memories) {
-            force = shape.push_point(position, reach, stiffness, memory, force);
+        for (obstacle, memory) in self.near.iter().zip(&mut self.memories) {
+            force = obstacle.push_point(position, reach, stiffness, memory, force);
         }
         force
     }
@@ -172,8 +192,10 @@ impl<W: Walls> SoftMotion<W> {
     /// wall, no less than a hundredth of sigma.
     fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
         let effects = &self.effects;
-        let deepest =
-            self.near.iter().filter_map(|shape| shape.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap));
+        let deepest = self
+            .near
+            .iter()
+            .filter_map(|obstacle| obstacle.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap));
         let distance = self.far + SKIN - deepest.fold(0.0, f64::max) - self.reach();
         effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
     }
@@ -182,9 +204,9 @@ impl<W: Walls> SoftMotion<W> {
     pub fn advance(&mut self, steps: u64) {
         self.forget();
         if self.effects.b0 > 0.0 {
-            on_level!(self.level, simd => self.advance_with::<_, true>(simd, steps));
+            on_instruction_set!(self.instruction_set, simd => self.advance_with::<_, true>(simd, steps));
         } else {
-            on_level!(self.level, simd => self.advance_with::<_, false>(simd, steps));
+            on_instruction_set!(self.instruction_set, simd => self.advance_with::<_, false>(simd, steps));
         }
     }
 
@@ -237,19 +259,19 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// The point at time `t`, and the loads on it; each acts where the normal meets the surface of its wall.
-    pub fn shape(&self, t: f64) -> ShapeRecord {
+    pub fn outline(&self, t: f64) -> Outline {
         let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
         let mut loads = Vec::new();
-        for shape in &self.near {
+        for obstacle in &self.near {
             let [x, y] = self.position;
-            if let Some((overlap, [nx, ny])) = shape.touch_point(x, y, self.reach()) {
+            if let Some((overlap, [nx, ny])) = obstacle.touch_point(x, y, self.reach()) {
                 let (push, to_surface) = (4.0 * self.effects.stiffness * overlap, 0.5 - overlap);
                 let at = [world[0] - to_surface * nx, world[1] - to_surface * ny];
                 let (fx, fy) = (push * nx, push * ny);
-                loads.push(LoadRecord { obstacle: shape.id(), x: at[0], y: at[1], fx, fy, turn: 0.0 });
+                loads.push(LoadRecord { obstacle: obstacle.id(), x: at[0], y: at[1], fx, fy, turn: 0.0 });
             }
         }
-        ShapeRecord { t, x: vec![world[0]], y: vec![world[1]], loads }
+        Outline { t, x: vec![world[0]], y: vec![world[1]], loads }
     }
 
     /// Everything that is recorded, at the present position.
@@ -260,8 +282,8 @@ impl<W: Walls> SoftMotion<W> {
         let damping = 1.0 + 0.5 * self.dt * rate;
         let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
         let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
-        for shape in &self.near {
-            let touch = shape.touch_point(self.position[0], self.position[1], self.reach());
+        for obstacle in &self.near {
+            let touch = obstacle.touch_point(self.position[0], self.position[1], self.reach());
             if let Some((depth, _)) = touch {
                 overlap = overlap.max(depth);
                 contacts += 1;
@@ -296,7 +318,7 @@ mod tests {
     #[test]
     fn a_point_on_a_plate_sinks_by_pi_over_16_e_w() {
         for e_w in [0.5, 5.0, 100.0] {
-            let mut motion = SoftMotion::start([-0.6, 3.0], effects(e_w), 1e-3, Arc::new(Plate), Level::new());
+            let mut motion = SoftMotion::start([-0.6, 3.0], effects(e_w), 1e-3, Arc::new(Plate), InstructionSet::new());
             motion.advance(400_000);
             let sunk = 0.5 + motion.observe().x;
             assert!((sunk / (std::f64::consts::PI / (16.0 * e_w)) - 1.0).abs() < 1e-9, "{e_w}: {sunk}");
@@ -307,7 +329,7 @@ mod tests {
     fn force_is_minus_the_gradient_of_the_energy() {
         let discs = Arc::new(ObstacleArray::from_centres(50.0, 0.15, &[25.0, 25.4], &[25.0, 25.9]));
         let at = |x: f64, y: f64| {
-            let mut motion = SoftMotion::start([x, y], effects(7.0), 1e-9, discs.clone(), Level::new());
+            let mut motion = SoftMotion::start([x, y], effects(7.0), 1e-9, discs.clone(), InstructionSet::new());
             motion.position = [x - motion.origin[0], y - motion.origin[1]];
             motion
         };
@@ -324,7 +346,7 @@ mod tests {
     fn near_a_wall_the_drag_is_that_of_the_distance() {
         let near_wall = SoftEffects { b0: 0.4, ..effects(5.0) };
         for gap in [0.05, 0.3, 2.0] {
-            let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate), Level::new());
+            let motion = SoftMotion::start([-0.5 - gap, 0.0], near_wall, 1e-9, Arc::new(Plate), InstructionSet::new());
             let want = 33.0 * (1.0 + 0.4 * libm::pow(gap, -4.0 / 3.0));
             assert!((motion.drag_rate(motion.position) / want - 1.0).abs() < 1e-6, "{gap}");
         }

@@ -2,7 +2,7 @@
 
 use crate::parameters::{Density, JobId, Model, Point, Scene};
 use crate::report::rounding::significant;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use crate::store::JobStory;
 
 /// Stands between two items of a line.
@@ -69,16 +69,16 @@ impl Caption<'_> {
         words.join(SEPARATOR)
     }
 
-    /// The job and the instant of the shape, with the displacement from `start_x` where that is known; and what holds the
+    /// The job and the instant of the outline, with the displacement from `start_x` where that is known; and what holds the
     /// droplet up. Always two lines, so that the frames of an animation are of one size.
-    pub fn instant(&self, shape: &ShapeRecord, start_x: Option<f64>) -> [String; 2] {
+    pub fn instant(&self, outline: &Outline, start_x: Option<f64>) -> [String; 2] {
         let mut words = vec![
             format!("job {}", self.job),
             format!("seed {}", self.seed),
-            format!("t = {} t0", significant(shape.t, 6)),
+            format!("t = {} t0", significant(outline.t, 6)),
         ];
-        words.extend(start_x.map(|start_x| format!("r = {:.2} σ", shape.centroid()[0] - start_x)));
-        [words.join(SEPARATOR), support(shape)]
+        words.extend(start_x.map(|start_x| format!("r = {:.2} σ", outline.centroid()[0] - start_x)));
+        [words.join(SEPARATOR), support(outline)]
     }
 
     /// Why it failed, if it did.
@@ -88,8 +88,8 @@ impl Caption<'_> {
 }
 
 /// How the obstacles share the force against gravity, the largest share first.
-fn support(shape: &ShapeRecord) -> String {
-    let supports = || shape.loads.iter().map(|load| (-load.fx).max(0.0));
+fn support(outline: &Outline) -> String {
+    let supports = || outline.loads.iter().map(|load| (-load.fx).max(0.0));
     let total: f64 = supports().sum();
     let mut shares: Vec<f64> = supports().map(|support| support / total).filter(|share| *share >= 0.005).collect();
     shares.sort_by(|a, b| b.total_cmp(a));

@@ -8,7 +8,7 @@ use crate::report::caption::Caption;
 use crate::report::surroundings::Surroundings;
 use crate::report::svg::{arrow, circle, points, px, text};
 pub use crate::report::view::View;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use std::fmt::Write;
 
 const WATER: &str = "#56a8e2";
@@ -35,7 +35,7 @@ const SMALL: f64 = 13.0;
 /// Room round the scene, in pixels.
 const FRAME: f64 = 16.0;
 
-/// Everything a picture needs besides the shape and the view.
+/// Everything a picture needs besides the outline and the view.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
     /// The walls.
@@ -47,16 +47,16 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// The picture of one shape, a whole SVG document.
-    pub fn svg(&self, shape: &ShapeRecord, view: &View) -> String {
+    /// The picture of one outline, a whole SVG document.
+    pub fn svg(&self, outline: &Outline, view: &View) -> String {
         let [width, height] = view.size();
         let scene = [
-            self.surroundings.draw(view, shape),
-            self.trail(shape, view),
-            self.droplet(shape, view),
-            forces(shape, view),
+            self.surroundings.draw(view, outline),
+            self.trail(outline, view),
+            self.droplet(outline, view),
+            forces(outline, view),
         ];
-        let (words, words_height) = self.words(shape, width, height + 2.0 * FRAME);
+        let (words, words_height) = self.words(outline, width, height + 2.0 * FRAME);
         let (full_width, full_height) = (px(width + 2.0 * FRAME), px(height + 2.0 * FRAME + words_height));
         let title = crate::report::svg::escape(&self.caption.title());
         let mut out = String::new();
@@ -74,7 +74,7 @@ impl Picture<'_> {
     }
 
     /// The droplet itself.
-    fn droplet(&self, shape: &ShapeRecord, view: &View) -> String {
+    fn droplet(&self, outline: &Outline, view: &View) -> String {
         let delta = match &self.caption.point.model {
             Model::Deformable(ring) => ring.delta,
             Model::Soft(_) => 0.012,
@@ -84,17 +84,17 @@ impl Picture<'_> {
              stroke-linejoin=\"round\"",
             px((delta * view.scale).clamp(0.8, 4.0))
         );
-        if let ([x], [y]) = (shape.x.as_slice(), shape.y.as_slice()) {
+        if let ([x], [y]) = (outline.x.as_slice(), outline.y.as_slice()) {
             return circle(view.place(*x, *y), 0.5 * view.scale, &style);
         }
-        let ring = shape.x.iter().zip(&shape.y).map(|(&x, &y)| view.place(x, y));
+        let ring = outline.x.iter().zip(&outline.y).map(|(&x, &y)| view.place(x, y));
         format!("<polygon points=\"{}\" {style}/>\n", points(ring))
     }
 
-    /// The path up to the shape, fading backwards.
-    fn trail(&self, shape: &ShapeRecord, view: &View) -> String {
-        let past = self.path.iter().take_while(|[t, ..]| *t < shape.t).map(|&[_, x, y]| view.place(x, y));
-        let [cx, cy] = shape.centroid();
+    /// The path up to the outline, fading backwards.
+    fn trail(&self, outline: &Outline, view: &View) -> String {
+        let past = self.path.iter().take_while(|[t, ..]| *t < outline.t).map(|&[_, x, y]| view.place(x, y));
+        let [cx, cy] = outline.centroid();
         let mut line: Vec<[f64; 2]> = Vec::new();
         for [u, v] in past.chain(std::iter::once(view.place(cx, cy))) {
             // A droplet at rest is recorded again and again at one place.
@@ -122,7 +122,7 @@ impl Picture<'_> {
     }
 
     /// Legend and caption below the scene, from `top` on, and their height.
-    fn words(&self, shape: &ShapeRecord, width: f64, top: f64) -> (String, f64) {
+    fn words(&self, outline: &Outline, width: f64, top: f64) -> (String, f64) {
         let start_x = self.path.first().map(|[_, x, _]| *x);
         let caption = self.caption;
         let mut y = top + 14.0;
@@ -135,7 +135,7 @@ impl Picture<'_> {
         for detail in details.into_iter().flatten() {
             lines.extend(broken(&detail, letters).into_iter().map(|line| (line, INK)));
         }
-        lines.extend(caption.instant(shape, start_x).map(|line| (line, PALE_INK)));
+        lines.extend(caption.instant(outline, start_x).map(|line| (line, PALE_INK)));
         y += 6.0;
         for (line, colour) in lines {
             y += 20.0;
@@ -146,17 +146,17 @@ impl Picture<'_> {
 }
 
 /// The loads and the weight.
-fn forces(shape: &ShapeRecord, view: &View) -> String {
+fn forces(outline: &Outline, view: &View) -> String {
     let strength = |fx: f64, fy: f64| (fx * fx + fy * fy).sqrt() / MASS;
-    let strongest = shape.loads.iter().map(|load| strength(load.fx, load.fy)).fold(1.0, f64::max);
+    let strongest = outline.loads.iter().map(|load| strength(load.fx, load.fy)).fold(1.0, f64::max);
     // Sigma per weight.
     let length = ARROW[0].min(ARROW[1] / strongest);
     let (width, head) = ((0.02 * view.scale).clamp(1.0, 4.0), (0.11 * view.scale).clamp(4.0, 20.0));
     let mut out = "<g class=\"forces\">\n".to_owned();
-    let [x, y] = shape.centroid();
+    let [x, y] = outline.centroid();
     out += &arrow(view.place(x, y), view.place(x + length, y), width, head, WEIGHT);
     out += &circle(view.place(x, y), 1.1 * width, &format!("fill=\"{WEIGHT}\""));
-    for load in &shape.loads {
+    for load in &outline.loads {
         let (to, scale) = (view.place(load.x, load.y), length / MASS);
         if strength(load.fx, load.fy) >= WEAK {
             let from = view.place(load.x - scale * load.fx, load.y - scale * load.fy);

@@ -4,7 +4,7 @@ use crate::parameters::{Channel, Point, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
 use crate::report::svg::circle;
 use crate::report::view::View;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
 
 const OBSTACLE: &str = "#c3cad4";
@@ -36,10 +36,10 @@ impl Surroundings {
         }
     }
 
-    /// Everything in view; what bears a load of `shape` is darker.
-    pub(super) fn draw(&self, view: &View, shape: &ShapeRecord) -> String {
+    /// Everything in view; what bears a load of `outline` is darker.
+    pub(super) fn draw(&self, view: &View, outline: &Outline) -> String {
         match self {
-            Self::Discs(array) => draw_discs(array, view, shape),
+            Self::Discs(array) => draw_discs(array, view, outline),
             Self::Wedges(channel) => draw_wedges(channel, view),
             Self::Plate => {
                 let [_, x1, y0, y1] = view.bounds();
@@ -90,7 +90,7 @@ fn polygons(outlines: &[Vec<[f64; 2]>], view: &View) -> String {
     format!("<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\">\n{drawn}</g>\n")
 }
 
-fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String {
+fn draw_discs(array: &ObstacleArray, view: &View, outline: &Outline) -> String {
     let [x0, x1, y0, y1] = view.bounds();
     let radius = array.radius;
     let mut discs = Vec::new();
@@ -102,7 +102,7 @@ fn draw_discs(array: &ObstacleArray, view: &View, shape: &ShapeRecord) -> String
         let bears = |load: &crate::results::outline::LoadRecord| {
             load.obstacle == disc.id && (load.x - disc.x).abs() < reach && (load.y - disc.y).abs() < reach
         };
-        let style = if shape.loads.iter().any(bears) { format!("fill=\"{LOADED}\"") } else { String::new() };
+        let style = if outline.loads.iter().any(bears) { format!("fill=\"{LOADED}\"") } else { String::new() };
         circle(view.place(disc.x, disc.y), radius * view.scale, &style)
     };
     let width = (0.006 * view.scale).clamp(0.2, 1.2);

@@ -2,7 +2,7 @@
 //!
 //! Droplets fall: gravity, the +x of the world, points down, and +y points right, a rotation by a quarter turn.
 
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 
 /// Room above the droplet, below it, and on either side, in sigma.
 const MARGINS: [f64; 3] = [1.25, 0.85, 1.05];
@@ -35,9 +35,9 @@ pub struct View {
 }
 
 /// The droplet's box; a soft particle is a disc of diameter sigma.
-fn bounds(shape: &ShapeRecord) -> [f64; 4] {
-    let [x0, x1, y0, y1] = shape.bounds();
-    let r = if shape.x.len() > 1 { 0.0 } else { 0.5 };
+fn bounds(outline: &Outline) -> [f64; 4] {
+    let [x0, x1, y0, y1] = outline.bounds();
+    let r = if outline.x.len() > 1 { 0.0 } else { 0.5 };
     [x0 - r, x1 + r, y0 - r, y1 + r]
 }
 
@@ -51,25 +51,25 @@ impl View {
     }
 
     /// Around the droplet, with more room where it came from.
-    pub fn around(shape: &ShapeRecord) -> Self {
-        let [x0, x1, y0, y1] = bounds(shape);
+    pub fn around(outline: &Outline) -> Self {
+        let [x0, x1, y0, y1] = bounds(outline);
         let [above, below, beside] = MARGINS;
         Self::on([x0 - above, x1 + below, y0 - beside, y1 + beside])
     }
 
     /// The whole path, `[t, x, y]`, and the droplets.
-    pub fn whole(path: &[[f64; 3]], shapes: &[ShapeRecord]) -> Self {
+    pub fn whole(path: &[[f64; 3]], outlines: &[Outline]) -> Self {
         let points = path.iter().map(|&[_, x, y]| [x, x, y, y]);
         let all = points
-            .chain(shapes.iter().map(bounds))
+            .chain(outlines.iter().map(bounds))
             .reduce(|[a, b, c, d], [x0, x1, y0, y1]| [a.min(x0), b.max(x1), c.min(y0), d.max(y1)]);
         let [x0, x1, y0, y1] = all.unwrap_or([0.0; 4]);
         Self::on([x0 - PATH_MARGIN, x1 + PATH_MARGIN, y0 - PATH_MARGIN, y1 + PATH_MARGIN])
     }
 
-    /// Windows of one size that follow the droplet from shape to shape: each holds its droplet, centred.
-    pub fn following(shapes: &[ShapeRecord]) -> Vec<Self> {
-        let views: Vec<Self> = shapes.iter().map(Self::around).collect();
+    /// Windows of one size that follow the droplet from outline to outline: each holds its droplet, centred.
+    pub fn following(outlines: &[Outline]) -> Vec<Self> {
+        let views: Vec<Self> = outlines.iter().map(Self::around).collect();
         let width = views.iter().fold(0.0_f64, |width, view| width.max(view.width));
         let height = views.iter().fold(0.0_f64, |height, view| height.max(view.height));
         let size = Self::on([0.0, height, 0.0, width]);
@@ -103,19 +103,19 @@ mod tests {
 
     #[test]
     fn windows_that_follow_a_droplet_have_one_size_and_hold_it() {
-        let shape = |x: f64, long: f64| ShapeRecord { x: vec![x, x + long], y: vec![2.0, 3.0], ..Default::default() };
-        let shapes = [shape(0.0, 1.0), shape(7.0, 4.0), shape(20.0, 1.0)];
-        let views = View::following(&shapes);
-        for (view, shape) in views.iter().zip(&shapes) {
+        let outline = |x: f64, long: f64| Outline { x: vec![x, x + long], y: vec![2.0, 3.0], ..Default::default() };
+        let outlines = [outline(0.0, 1.0), outline(7.0, 4.0), outline(20.0, 1.0)];
+        let views = View::following(&outlines);
+        for (view, outline) in views.iter().zip(&outlines) {
             assert_eq!(view.size(), views[0].size());
-            let ([x0, x1, y0, y1], [a, b, c, d]) = (view.bounds(), shape.bounds());
+            let ([x0, x1, y0, y1], [a, b, c, d]) = (view.bounds(), outline.bounds());
             assert!(x0 < a && b < x1 && y0 < c && d < y1);
         }
     }
 
     #[test]
     fn gravity_points_down_and_y_to_the_right() {
-        let view = View::around(&ShapeRecord { x: vec![5.0], y: vec![5.0], ..Default::default() });
+        let view = View::around(&Outline { x: vec![5.0], y: vec![5.0], ..Default::default() });
         let ([u0, v0], [u1, v1]) = (view.place(5.0, 5.0), view.place(5.5, 6.0));
         assert!((u1 - u0 - view.scale).abs() < 1e-9 && (v1 - v0 - 0.5 * view.scale).abs() < 1e-9);
     }

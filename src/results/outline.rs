@@ -1,10 +1,10 @@
-//! The shape of a droplet at one instant, and the loads it rests on: what is kept to be looked at, and judged, later.
+//! The outline of a droplet at one instant, and the loads it rests on: what is kept to be looked at, and judged, later.
 
 use serde::{Deserialize, Serialize};
 
 /// A droplet at one instant, in unwrapped world coordinates.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ShapeRecord {
+pub struct Outline {
     /// Time, in t0.
     pub t: f64,
     /// x of each vertex, counter-clockwise; of the one point for SP.
@@ -38,7 +38,7 @@ impl LoadRecord {
     }
 }
 
-impl ShapeRecord {
+impl Outline {
     /// Whether all numbers are finite and every x has its y.
     pub fn is_sound(&self) -> bool {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
@@ -97,22 +97,22 @@ mod tests {
 
     #[test]
     fn a_square_has_its_centroid_and_tells_inside_from_outside() {
-        let square = ShapeRecord { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Default::default() };
+        let square = Outline { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Default::default() };
         assert_eq!(square.centroid(), [5.5, 1.5]);
         assert_eq!(square.bounds(), [5.0, 6.0, 1.0, 2.0]);
         assert!(square.contains(5.1, 1.9) && !square.contains(4.9, 1.5) && !square.contains(5.5, 2.1));
-        let point = ShapeRecord { x: vec![3.0], y: vec![4.0], ..Default::default() };
+        let point = Outline { x: vec![3.0], y: vec![4.0], ..Default::default() };
         assert_eq!(point.centroid(), [3.0, 4.0]);
     }
 
     #[test]
-    fn a_shape_with_a_number_that_is_none_is_not_sound() {
+    fn an_outline_with_a_number_that_is_none_is_not_sound() {
         let load = LoadRecord { obstacle: 0, x: 0.0, y: 0.0, fx: 0.0, fy: 0.0, turn: 0.0 };
-        let good = ShapeRecord { t: 1.0, x: vec![0.0], y: vec![0.0], loads: vec![load] };
+        let good = Outline { t: 1.0, x: vec![0.0], y: vec![0.0], loads: vec![load] };
         assert!(good.is_sound());
-        assert!(!ShapeRecord { t: f64::NAN, ..good.clone() }.is_sound());
-        assert!(!ShapeRecord { y: vec![f64::INFINITY], ..good.clone() }.is_sound());
-        assert!(!ShapeRecord { loads: vec![LoadRecord { fy: f64::NAN, ..load }], ..good.clone() }.is_sound());
-        assert!(!ShapeRecord { y: vec![], ..good }.is_sound());
+        assert!(!Outline { t: f64::NAN, ..good.clone() }.is_sound());
+        assert!(!Outline { y: vec![f64::INFINITY], ..good.clone() }.is_sound());
+        assert!(!Outline { loads: vec![LoadRecord { fy: f64::NAN, ..load }], ..good.clone() }.is_sound());
+        assert!(!Outline { y: vec![], ..good }.is_sound());
     }
 }

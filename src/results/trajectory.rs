@@ -1,6 +1,6 @@
 //! What one run produced: its outcome, its summary numbers, its clog, its recorded samples; or its failure.
 
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
 /// How a run ended.
@@ -53,8 +53,8 @@ pub struct Trajectory {
     pub clog: Option<Clog>,
     /// Recorded time series.
     pub samples: Samples,
-    /// Kept shapes, by time; the last is that at the end.
-    pub shapes: Vec<ShapeRecord>,
+    /// Kept outlines, by time; the last is that at the end.
+    pub outlines: Vec<Outline>,
 }
 
 /// The state of a droplet at the moment it counts as clogged.
@@ -120,8 +120,8 @@ pub struct Failure {
     pub reason: String,
     /// The time step at which it was noticed.
     pub step: u64,
-    /// The last sound shape of the droplet, if it came so far.
-    pub shape: Option<Box<ShapeRecord>>,
+    /// The last sound outline of the droplet, if it came so far.
+    pub outline: Option<Box<Outline>>,
 }
 
 /// Kinds of failure.

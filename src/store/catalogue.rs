@@ -5,8 +5,8 @@
 
 use crate::store::samples::{OpenFile, PAGE_ROWS};
 use crate::store::{StoreError, database, read, readers};
-use arrow::array::{RecordBatch, RecordBatchReader};
-use arrow::compute::concat_batches;
+use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_select::concat::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::{HashMap, HashSet};

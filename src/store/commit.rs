@@ -6,8 +6,8 @@
 use crate::parameters::JobId;
 use crate::results::trajectory::{Clog, Failure, Samples, Trajectory};
 use crate::store::folders::dump_path;
+use crate::store::outlines::save_outlines;
 use crate::store::samples::{self, SCHEMA_VERSION, SampleFile};
-use crate::store::shapes::save_shapes;
 use crate::store::{Store, StoreError, database, disk};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::HashSet;
@@ -113,12 +113,12 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, d
         Ok(run_result) => {
             set_state.execute((key, "done"))?;
             save_trajectory(conn, *key, run_result, *wall_s, *at, run)?;
-            save_shapes(conn, *key, &run_result.shapes)?;
+            save_outlines(conn, *key, &run_result.outlines)?;
             run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))
         }
         Err(failure) => {
             set_state.execute((key, "failed"))?;
-            save_shapes(conn, *key, failure.shape.as_deref())?;
+            save_outlines(conn, *key, failure.outline.as_deref())?;
             let mut insert = conn.prepare_cached(
                 "INSERT OR REPLACE INTO outcomes
                      (job, wall_s, error_class, error, error_step, provenance, finished, dump)

@@ -5,7 +5,7 @@
 
 use crate::campaign::file::Campaign;
 use crate::parameters::{Job, JobId};
-use crate::physics::simd::best_level;
+use crate::physics::simd::best_instruction_set;
 use crate::physics::simulate::{Context, simulate};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, Trajectory};
@@ -41,13 +41,14 @@ fn results() -> Results {
     for (point, &point_id) in block.points.iter().zip(&block.point_ids) {
         for seed in block.seeds.clone() {
             let job = Job { point: point.clone(), point_id, seed };
-            let result = simulate(&job, Context { arrays: &arrays, level: best_level(), stop: &stop });
+            let result =
+                simulate(&job, Context { arrays: &arrays, instruction_set: best_instruction_set(), stop: &stop });
             results.push((job.id(), result.map(|trajectory| trajectory.expect("nobody stopped it"))));
         }
     }
     // One fails.
-    let shape = results[4].1.as_ref().unwrap().shapes.last().cloned().map(Box::new);
-    results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, shape });
+    let outline = results[4].1.as_ref().unwrap().outlines.last().cloned().map(Box::new);
+    results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, outline });
     Results { campaign, results }
 }
 

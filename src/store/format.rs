@@ -2,7 +2,7 @@
 //!
 //! Programs get numbers with all their digits, so that they read back bit for bit; people get six.
 
-use arrow::array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use parquet::arrow::ArrowWriter;
 use rusqlite::types::{Value, ValueRef};

@@ -10,8 +10,9 @@
 use crate::store::StoreError;
 use crate::store::catalogue::{Catalogue, JobRows};
 use crate::store::samples::{COLUMNS, numbers};
-use arrow::array::{Array, AsArray, RecordBatch, StringArray};
-use arrow::datatypes::Int32Type;
+use arrow_array::cast::AsArray;
+use arrow_array::types::Int32Type;
+use arrow_array::{Array, RecordBatch, StringArray};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use rusqlite::types::{Null, ValueRef};
 use rusqlite::vtab::{

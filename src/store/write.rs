@@ -235,15 +235,16 @@ fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -
 
 /// How many samples a trajectory weighs as: four vertices of a kept shape fill a row.
 fn rows(trajectory: &Trajectory) -> usize {
-    let vertices: usize = trajectory.shapes.iter().map(|shape| shape.x.len()).sum();
+    let vertices: usize = trajectory.outlines.iter().map(|outline| outline.x.len()).sum();
     trajectory.samples.len() + vertices / 4
 }
 
 /// A trajectory with a number that SQL cannot keep, or a ragged table, is a failed run: it must not block the others.
 fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     let step = trajectory.steps;
-    let last_shape = trajectory.shapes.iter().rfind(|shape| shape.is_sound());
-    let fail = |class, reason: String| Err(Failure { class, reason, step, shape: last_shape.cloned().map(Box::new) });
+    let last_outline = trajectory.outlines.iter().rfind(|outline| outline.is_sound());
+    let fail =
+        |class, reason: String| Err(Failure { class, reason, step, outline: last_outline.cloned().map(Box::new) });
     let numbers = [
         ("r_end", trajectory.r_end),
         ("t_end", trajectory.t_end),
@@ -262,10 +263,10 @@ fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     if let Some((name, value)) = numbers.into_iter().chain(clog).find(|(_, value)| !value.is_finite()) {
         return fail(FailureClass::Unstable, format!("{name} is {value}"));
     }
-    if let Some(shape) = trajectory.shapes.iter().find(|shape| !shape.is_sound()) {
+    if let Some(outline) = trajectory.outlines.iter().find(|outline| !outline.is_sound()) {
         return fail(
             FailureClass::Unstable,
-            format!("the shape at t = {} has a coordinate that is no number", shape.t),
+            format!("the outline at t = {} has a coordinate that is no number", outline.t),
         );
     }
     let samples = &trajectory.samples;

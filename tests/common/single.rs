@@ -2,7 +2,7 @@
 
 use meniscus::campaign::file::Campaign;
 use meniscus::parameters::{Integrator, Job};
-use meniscus::physics::simd::best_level;
+use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::simulate::{Context, simulate};
 use meniscus::physics::walls::arrays::library::ArrayLibrary;
 use meniscus::results::trajectory::{Failure, Trajectory};
@@ -22,6 +22,10 @@ pub fn job(keys: &str, seed: u64) -> (Job, Integrator) {
 /// Its trajectory.
 #[allow(dead_code, reason = "not every program that includes this runs whole jobs")]
 pub fn run(keys: &str, seed: u64) -> Result<Trajectory, Failure> {
-    let context = Context { arrays: &ArrayLibrary::default(), level: best_level(), stop: &AtomicBool::new(false) };
+    let context = Context {
+        arrays: &ArrayLibrary::default(),
+        instruction_set: best_instruction_set(),
+        stop: &AtomicBool::new(false),
+    };
     simulate(&job(keys, seed).0, context).map(|trajectory| trajectory.expect("nobody stops it"))
 }

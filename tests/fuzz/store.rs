@@ -2,7 +2,7 @@
 
 use super::mutate::{Random, mutate};
 use meniscus::parameters::{Density, JobId, Model, ObstacleField, Point, Scene, Soft};
-use meniscus::results::outline::ShapeRecord;
+use meniscus::results::outline::Outline;
 use meniscus::results::trajectory::{Outcome, Samples, Trajectory};
 use meniscus::store::{
     CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions, check, checkpoint_file, job_states,
@@ -66,7 +66,7 @@ fn trajectory(seed: u64) -> Trajectory {
         steps: 1000,
         clog: None,
         samples,
-        shapes: vec![ShapeRecord { t: 4.0, x: vec![1.0], y: vec![2.0], loads: Vec::new() }],
+        outlines: vec![Outline { t: 4.0, x: vec![1.0], y: vec![2.0], loads: Vec::new() }],
     }
 }
 

@@ -1,7 +1,7 @@
 //! Points, trajectories and stores to test with.
 
 use meniscus::parameters::{Deformable, Density, JobId, Model, ObstacleField, Point, Scene, Soft};
-use meniscus::results::outline::{LoadRecord, ShapeRecord};
+use meniscus::results::outline::{LoadRecord, Outline};
 use meniscus::results::trajectory::{Clog, Failure, FailureClass, Mechanism, Outcome, Samples, Trajectory};
 use meniscus::store::{CampaignRecord, Format, Message, PlannedPoint, Store, Writer, WriterOptions};
 use rusqlite::Connection;
@@ -68,16 +68,16 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
             mechanism: is_ring.then_some(Mechanism::Wrap),
         }),
         samples,
-        shapes: vec![shape(0.0, seed, is_ring), shape(1000.0, seed, is_ring)],
+        outlines: vec![outline(0.0, seed, is_ring), outline(1000.0, seed, is_ring)],
     }
 }
 
 /// A shape whose numbers depend on the seed.
-pub fn shape(t: f64, seed: u64, is_ring: bool) -> ShapeRecord {
+pub fn outline(t: f64, seed: u64, is_ring: bool) -> Outline {
     let number = seed as f64 / 3.0;
     let column = |from: f64| (0..if is_ring { 5 } else { 1 }).map(|i| from + number + 0.1 * f64::from(i)).collect();
     let load = LoadRecord { obstacle: 3, x: number, y: -1.0 / 7.0, fx: -0.1 - number, fy: 1e-300, turn: 0.3 };
-    ShapeRecord { t, x: column(250.0), y: column(-7.0), loads: vec![load; 2] }
+    Outline { t, x: column(250.0), y: column(-7.0), loads: vec![load; 2] }
 }
 
 /// A failure of the class `class`.
@@ -86,7 +86,7 @@ pub fn failure(class: FailureClass) -> Failure {
         class,
         reason: format!("made to be {}", class.name()),
         step: 17,
-        shape: Some(Box::new(shape(17.0, 0, true))),
+        outline: Some(Box::new(outline(17.0, 0, true))),
     }
 }
 

@@ -6,7 +6,7 @@ use meniscus::results::fits::{LambdaFit, SpeedAverage};
 use meniscus::results::trajectory::{FailureClass, Mechanism, Outcome};
 use meniscus::store::{
     CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job, job_states,
-    point_runs, save_fits, shapes, status,
+    outlines, point_runs, save_fits, status,
 };
 use std::time::Duration;
 
@@ -287,9 +287,9 @@ fn shapes_read_back_bit_for_bit_and_those_of_a_failure_go_when_it_is_tried_again
     }
     let mut store = writer.finish().unwrap();
     for (point, is_ring) in [(&points[0], false), (&points[1], true)] {
-        let kept = |seed| shapes(dir.path(), JobId::new(point.id(), seed)).unwrap();
-        assert_eq!(kept(0), [shape(0.0, 0, is_ring), shape(1000.0, 0, is_ring)]);
-        assert_eq!(kept(1), [shape(17.0, 0, true)]);
+        let kept = |seed| outlines(dir.path(), JobId::new(point.id(), seed)).unwrap();
+        assert_eq!(kept(0), [outline(0.0, 0, is_ring), outline(1000.0, 0, is_ring)]);
+        assert_eq!(kept(1), [outline(17.0, 0, true)]);
         assert_eq!(kept(2), []);
     }
     assert_eq!(csv(dir.path(), "SELECT sum(json_array_length(loads)), count(DISTINCT job_id) FROM shapes"), ["12,4"]);
@@ -305,10 +305,10 @@ fn a_shape_with_a_coordinate_that_is_no_number_makes_a_failed_run_that_keeps_the
     register(&mut store, std::slice::from_ref(&point), 1);
     let writer = Writer::spawn(store, options(1)).unwrap();
     let mut run = trajectory(&point, 0, 1);
-    run.shapes[1].x[2] = f64::NAN;
+    run.outlines[1].x[2] = f64::NAN;
     let job = JobId::new(point.id(), 0);
     writer.sender().send(Message::Finished { job, result: Ok(run), wall_s: 0.1 }).unwrap();
     writer.finish().unwrap();
     assert_eq!(csv(dir.path(), "SELECT state, error_class FROM runs"), ["failed,unstable"]);
-    assert_eq!(shapes(dir.path(), job).unwrap(), [shape(0.0, 0, true)]);
+    assert_eq!(outlines(dir.path(), job).unwrap(), [outline(0.0, 0, true)]);
 }

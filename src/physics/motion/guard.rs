@@ -11,8 +11,8 @@ use crate::physics::motion::verlet::{RingEffects, RingMotion};
 use crate::physics::observation::Observation;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::{Drag, EdgeForce};
+use crate::physics::simd::InstructionSet;
 use crate::results::trajectory::{Failure, FailureClass};
-use fearless_simd::Level;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
@@ -88,13 +88,13 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
         n: usize,
         effects: RingEffects<E, D>,
         dt: f64,
-        level: Level,
+        instruction_set: InstructionSet,
     ) -> Result<Self, WrongState> {
         let mut control = StepControl::new(MOST_HALVINGS, PATIENCE);
         if !control.resume(state.control) || control.length(dt) != state.dt {
             return Err(WrongState);
         }
-        let mut motion = RingMotion::resume(state.ring.ring(n)?, effects, state.dt, level);
+        let mut motion = RingMotion::resume(state.ring.ring(n)?, effects, state.dt, instruction_set);
         motion.effects.recall(&state.memory)?;
         let saved = motion.ring.clone();
         let GuardState { steps, energy, refused, .. } = *state;
@@ -142,7 +142,7 @@ impl<E: EdgeForce, D: Drag> GuardedMotion<E, D> {
                     self.steps as f64 * self.dt,
                     shortest
                 );
-                return Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, shape: None });
+                return Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, outline: None });
             }
             self.take_length();
         }

@@ -15,10 +15,10 @@ use crate::physics::ring::forces::contact::WallContact;
 use crate::physics::ring::forces::far_drag::FarDrag;
 use crate::physics::ring::forces::gravity::Gravity;
 use crate::physics::ring::forces::{EdgeForce, RingForce};
+use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::obstacles::SEARCH_RADIUS;
 use crate::physics::walls::wall::Walls;
 use crate::results::trajectory::{Failure, FailureClass};
-use fearless_simd::Level;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -73,7 +73,7 @@ pub fn place_ring<E: EdgeForce>(
     place: Place,
     pushes: Pushes,
     stepping: &Stepping,
-    level: Level,
+    instruction_set: InstructionSet,
     stop: &AtomicBool,
 ) -> Result<Option<Ring>, Failure> {
     let n = parameters.n_vertices;
@@ -104,8 +104,8 @@ pub fn place_ring<E: EdgeForce>(
     let ring = Ring::regular(n, at, room);
     let dt = stepping.dt;
     let placed = match stepping.integrator {
-        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, level), dt, stop),
-        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, level), dt, stop),
+        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, instruction_set), dt, stop),
+        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, instruction_set), dt, stop),
     };
     let Some(mut ring) = placed? else { return Ok(None) };
     ring.ux.fill(0.0);
@@ -182,7 +182,7 @@ fn inflate<M: Inflatable>(mut motion: M, dt: f64, stop: &AtomicBool) -> Result<O
     let seen = motion.observe();
     if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|e| !(e.abs() < 0.1)) {
         let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
-        return Err(Failure { class: FailureClass::Unstable, reason, step: 0, shape: None });
+        return Err(Failure { class: FailureClass::Unstable, reason, step: 0, outline: None });
     }
     Ok(Some(motion.into_ring()))
 }
@@ -202,7 +202,7 @@ pub fn place_point<W: Walls>(
     walls: &Arc<W>,
     place: Place,
     dt: f64,
-    level: Level,
+    instruction_set: InstructionSet,
 ) -> Result<[f64; 2], Failure> {
     let (at, clearance) = match place {
         Place::Free { at } => return Ok(at),
@@ -216,7 +216,7 @@ pub fn place_point<W: Walls>(
         return Err(no_room(clearance));
     }
     let effects = SoftEffects { stiffness: e_w, weight: 0.0, far_rate: RELAX_RATE, b0: 0.0, alpha: 1.0 };
-    let mut motion = SoftMotion::start(at, effects, dt, walls.clone(), level);
+    let mut motion = SoftMotion::start(at, effects, dt, walls.clone(), instruction_set);
     for _ in 0..RELAX_TIME as u32 {
         motion.advance((1.0 / dt).ceil() as u64);
         if motion.observe().kinetic < AT_REST {
@@ -235,7 +235,7 @@ fn no_room(clearance: f64) -> Failure {
              lower density or raise w_ob"
         ),
         step: 0,
-        shape: None,
+        outline: None,
     }
 }
 
@@ -260,7 +260,7 @@ mod tests {
                     ring.n_vertices,
                     ring.k_w(),
                     ring.delta,
-                    Level::new(),
+                    InstructionSet::new(),
                 ))
             };
             let (at, clearance) = discs.widest_gap_near_centre();
@@ -271,8 +271,9 @@ mod tests {
                 Stepping { integrator: Integrator::Implicit, dt: 0.02 },
             ] {
                 let never = AtomicBool::new(false);
-                let (pushes, level) = (Pushes { walls: contact(), others: Vec::new() }, Level::new());
-                let placed = place_ring(&ring, tension, place, pushes, &stepping, level, &never);
+                let (pushes, instruction_set) =
+                    (Pushes { walls: contact(), others: Vec::new() }, InstructionSet::new());
+                let placed = place_ring(&ring, tension, place, pushes, &stepping, instruction_set, &never);
                 let placed = placed.unwrap().unwrap();
                 let (area, _) = placed.area_and_perimeter();
                 assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");

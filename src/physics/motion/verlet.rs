@@ -25,8 +25,8 @@ use crate::physics::ring::forces::contact::{Load, WallContact};
 use crate::physics::ring::forces::gravity::Gravity;
 use crate::physics::ring::forces::{Drag, EdgeForce, RingForce};
 use crate::physics::ring::passes::{EdgeLaw, RingForces, edge_pass, net_forces, step_pass};
-use crate::results::outline::{LoadRecord, ShapeRecord};
-use fearless_simd::Level;
+use crate::physics::simd::InstructionSet;
+use crate::results::outline::{LoadRecord, Outline};
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
@@ -118,8 +118,8 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
         }
     }
 
-    /// The shape of `ring` at time `t`, and the loads on it.
-    pub fn shape(&self, ring: &Ring, t: f64) -> ShapeRecord {
+    /// The outline of `ring` at time `t`, and the loads on it.
+    pub fn outline(&self, ring: &Ring, t: f64) -> Outline {
         let [x0, y0] = ring.origin;
         let (x, y) = ring.world_vertices().map(|[x, y]| (x, y)).unzip();
         let world = |load: &Load| LoadRecord {
@@ -130,10 +130,10 @@ impl<E: EdgeForce, D: Drag> RingEffects<E, D> {
             fy: load.force[1],
             turn: load.turn,
         };
-        ShapeRecord { t, x, y, loads: self.walls.state(ring).loads.iter().map(world).collect() }
+        Outline { t, x, y, loads: self.walls.state(ring).loads.iter().map(world).collect() }
     }
 
-    /// World position of a shape inside `ring`, if there is one.
+    /// World position of an obstacle inside `ring`, if there is one.
     pub fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
         self.walls.engulfed(ring).map(|[x, y]| [x + ring.origin[0], y + ring.origin[1]])
     }
@@ -148,13 +148,13 @@ pub struct RingMotion<E, D> {
     pub effects: RingEffects<E, D>,
     /// Time step.
     pub dt: f64,
-    level: Level,
+    instruction_set: InstructionSet,
 }
 
 impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// A ring at rest: its velocity half a step before, `u = -dt/2 F/m`, is what makes `v` zero now.
-    pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
-        let mut motion = Self { ring, effects, dt, level };
+    pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, instruction_set: InstructionSet) -> Self {
+        let mut motion = Self { ring, effects, dt, instruction_set };
         motion.moved(f64::INFINITY);
         let (fx, fy) = motion.forces();
         let ring = &mut motion.ring;
@@ -166,8 +166,8 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     }
 
     /// A ring in motion, its half-step velocities being of steps of `dt`.
-    pub(super) fn resume(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
-        let mut motion = Self { ring, effects, dt, level };
+    pub(super) fn resume(ring: Ring, effects: RingEffects<E, D>, dt: f64, instruction_set: InstructionSet) -> Self {
+        let mut motion = Self { ring, effects, dt, instruction_set };
         motion.moved(f64::INFINITY);
         motion
     }
@@ -190,13 +190,13 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
 
     /// Takes `steps` time steps.
     pub fn advance(&mut self, steps: u64) {
-        let mut area = edge_pass(self.level, &mut self.ring, self.effects.edge_law());
+        let mut area = edge_pass(self.instruction_set, &mut self.ring, self.effects.edge_law());
         for _ in 0..steps {
             let pushed = add_forces(&mut self.ring, &self.effects);
             let forces = self.effects.forces(area, pushed);
             let fastest_squared;
             (area, fastest_squared) =
-                step_pass(self.level, &mut self.ring, &forces, self.effects.drag.rates(), self.dt);
+                step_pass(self.instruction_set, &mut self.ring, &forces, self.effects.drag.rates(), self.dt);
             self.moved(self.dt * fastest_squared.sqrt());
         }
     }
@@ -232,10 +232,10 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
     /// Forces on the vertices at the present positions, drag apart.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (ring, effects) = (&mut self.ring, &self.effects);
-        let area = edge_pass(self.level, ring, effects.edge_law());
+        let area = edge_pass(self.instruction_set, ring, effects.edge_law());
         let pushed = add_forces(ring, effects);
         let (mut fx, mut fy) = (vec![0.0; ring.ux.len()], vec![0.0; ring.ux.len()]);
-        net_forces(self.level, ring, &effects.forces(area, pushed), &mut fx, &mut fy);
+        net_forces(self.instruction_set, ring, &effects.forces(area, pushed), &mut fx, &mut fy);
         (fx, fy)
     }
 
@@ -268,7 +268,7 @@ impl<E: EdgeForce, D: Drag> RingMotion<E, D> {
         self.effects.observe(&self.ring, &vx, &vy)
     }
 
-    /// World position of a shape inside the ring, if there is one.
+    /// World position of an obstacle inside the ring, if there is one.
     pub fn engulfed(&self) -> Option<[f64; 2]> {
         self.effects.engulfed(&self.ring)
     }

@@ -7,11 +7,12 @@
 //!
 //! Each pass is compiled for every instruction set with and without edge lengths, pushes, and rates of drag of its own for each vertex.
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::{Rates, TensionLaw};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
-use fearless_simd::{Level, f64x8, prelude::*};
+use fearless_simd::{f64x8, prelude::*};
 
 /// The tension of a ring.
 #[derive(Clone, Copy, Debug)]
@@ -38,11 +39,11 @@ fn add_cross<S: Instructions>(sum: f64x8<S>, x: f64x8<S>, y: f64x8<S>, ex: f64x8
 }
 
 /// Makes edge vectors and their tension coefficients; returns the area.
-pub fn edge_pass(level: Level, ring: &mut Ring, law: EdgeLaw) -> f64 {
+pub fn edge_pass(instruction_set: InstructionSet, ring: &mut Ring, law: EdgeLaw) -> f64 {
     if law.tension.needs_length() {
-        on_level!(level, simd => edge_pass_with::<_, true>(simd, ring, law))
+        on_instruction_set!(instruction_set, simd => edge_pass_with::<_, true>(simd, ring, law))
     } else {
-        on_level!(level, simd => edge_pass_with::<_, false>(simd, ring, law))
+        on_instruction_set!(instruction_set, simd => edge_pass_with::<_, false>(simd, ring, law))
     }
 }
 
@@ -161,11 +162,11 @@ impl RingForces {
 }
 
 /// Stores the force on each vertex, drag apart.
-pub fn net_forces(level: Level, ring: &Ring, forces: &RingForces, fx: &mut [f64], fy: &mut [f64]) {
+pub fn net_forces(instruction_set: InstructionSet, ring: &Ring, forces: &RingForces, fx: &mut [f64], fy: &mut [f64]) {
     if forces.law.tension.needs_length() {
-        on_level!(level, simd => net_forces_with::<_, true>(simd, ring, forces, fx, fy));
+        on_instruction_set!(instruction_set, simd => net_forces_with::<_, true>(simd, ring, forces, fx, fy));
     } else {
-        on_level!(level, simd => net_forces_with::<_, false>(simd, ring, forces, fx, fy));
+        on_instruction_set!(instruction_set, simd => net_forces_with::<_, false>(simd, ring, forces, fx, fy));
     }
 }
 
@@ -192,18 +193,24 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
 /// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there. Needs the
 /// edges of the old positions. Returns the new area and the largest squared speed.
 #[inline]
-pub fn step_pass(level: Level, ring: &mut Ring, forces: &RingForces, drag: Rates<'_>, dt: f64) -> (f64, f64) {
+pub fn step_pass(
+    instruction_set: InstructionSet,
+    ring: &mut Ring,
+    forces: &RingForces,
+    drag: Rates<'_>,
+    dt: f64,
+) -> (f64, f64) {
     match (forces.law.tension.needs_length(), forces.pushed) {
-        (false, false) => step_on::<false, false>(level, ring, forces, drag, dt),
-        (false, true) => step_on::<false, true>(level, ring, forces, drag, dt),
-        (true, false) => step_on::<true, false>(level, ring, forces, drag, dt),
-        (true, true) => step_on::<true, true>(level, ring, forces, drag, dt),
+        (false, false) => step_on::<false, false>(instruction_set, ring, forces, drag, dt),
+        (false, true) => step_on::<false, true>(instruction_set, ring, forces, drag, dt),
+        (true, false) => step_on::<true, false>(instruction_set, ring, forces, drag, dt),
+        (true, true) => step_on::<true, true>(instruction_set, ring, forces, drag, dt),
     }
 }
 
 #[inline(never)]
 fn step_on<const LENGTH: bool, const PUSHED: bool>(
-    level: Level,
+    instruction_set: InstructionSet,
     ring: &mut Ring,
     forces: &RingForces,
     drag: Rates<'_>,
@@ -211,10 +218,10 @@ fn step_on<const LENGTH: bool, const PUSHED: bool>(
 ) -> (f64, f64) {
     match drag {
         Rates::Even(rate) => {
-            on_level!(level, simd => step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt))
+            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt))
         }
         Rates::Each(rates) => {
-            on_level!(level, simd => step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt))
+            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt))
         }
     }
 }

@@ -6,7 +6,8 @@
 
 pub mod aligned;
 
-use fearless_simd::{Level, f64x8, prelude::*};
+pub use fearless_simd::Level as InstructionSet;
+use fearless_simd::{f64x8, prelude::*};
 
 /// Numbers in a vector; arrays are padded to a multiple of it.
 pub const LANES: usize = 8;
@@ -24,7 +25,7 @@ pub fn inverse_sqrt<S: Instructions>(simd: S, s: f64x8<S>) -> f64x8<S> {
     fma(y * h, fma(h, three_eighths, half), y)
 }
 
-/// An instruction set that kernels are compiled for ([`on_level`](crate::on_level)).
+/// An instruction set that kernels are compiled for ([`on_instruction_set`](crate::on_instruction_set)).
 pub trait Instructions: Simd {
     /// `a b + c`, rounded once.
     fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self>;
@@ -92,21 +93,21 @@ pub const fn padded(n: usize) -> usize {
     n.div_ceil(LANES) * LANES
 }
 
-/// Runs `$body` with `$simd` for the instruction set `$level`, compiled with its features switched on.
+/// Runs `$body` with `$simd` for the instruction set `$instruction_set`, compiled with its features switched on.
 ///
 /// Only the sets that machines of the last ten years have get code of their own; others take the plain one.
 #[macro_export]
-macro_rules! on_level {
-    ($level:expr, $simd:ident => $body:expr) => {{
+macro_rules! on_instruction_set {
+    ($instruction_set:expr, $simd:ident => $body:expr) => {{
         use fearless_simd::Simd;
-        let level: fearless_simd::Level = $level;
+        let instruction_set: $crate::physics::simd::InstructionSet = $instruction_set;
         #[cfg(target_arch = "x86_64")]
-        let result = if let Some($simd) = level.as_avx512() {
+        let result = if let Some($simd) = instruction_set.as_avx512() {
             $simd.vectorize(
                 #[inline(always)]
                 || $body,
             )
-        } else if let Some($simd) = level.as_avx2() {
+        } else if let Some($simd) = instruction_set.as_avx2() {
             $simd.vectorize(
                 #[inline(always)]
                 || $body,
@@ -116,7 +117,7 @@ macro_rules! on_level {
             $body
         };
         #[cfg(target_arch = "aarch64")]
-        let result = if let Some($simd) = level.as_neon() {
+        let result = if let Some($simd) = instruction_set.as_neon() {
             $simd.vectorize(
                 #[inline(always)]
                 || $body,
@@ -127,7 +128,7 @@ macro_rules! on_level {
         };
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
         let result = {
-            let _ = level;
+            let _ = instruction_set;
             let $simd = fearless_simd::Fallback::new();
             $body
         };
@@ -136,10 +137,10 @@ macro_rules! on_level {
 }
 
 /// The widest instruction set of this machine, or the plain scalar one if `MENISCUS_SIMD=scalar` asks for it.
-pub fn best_level() -> Level {
+pub fn best_instruction_set() -> InstructionSet {
     match std::env::var("MENISCUS_SIMD").as_deref() {
-        Ok("scalar") => Level::fallback(),
-        _ => Level::new(),
+        Ok("scalar") => InstructionSet::fallback(),
+        _ => InstructionSet::new(),
     }
 }
 
@@ -151,7 +152,7 @@ mod tests {
     fn inverse_square_roots_are_right_to_two_units_in_the_last_place() {
         let mut s = 1e-30;
         while s < 1e30 {
-            let got = on_level!(Level::new(), simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[3]);
+            let got = on_instruction_set!(InstructionSet::new(), simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[3]);
             let want = 1.0 / s.sqrt();
             assert!((got / want - 1.0).abs() <= 2.0 * f64::EPSILON, "{s}: {got} {want}");
             s *= 1.37;
@@ -162,8 +163,8 @@ mod tests {
     fn all_instruction_sets_give_the_same_bits() {
         for k in 1..1000 {
             let s = f64::from(k) * 1.234_567e-3;
-            let at = |level: Level| on_level!(level, simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[0]);
-            assert_eq!(at(Level::new()).to_bits(), at(Level::fallback()).to_bits());
+            let at = |instruction_set: InstructionSet| on_instruction_set!(instruction_set, simd => inverse_sqrt(simd, f64x8::splat(simd, s)).as_slice()[0]);
+            assert_eq!(at(InstructionSet::new()).to_bits(), at(InstructionSet::fallback()).to_bits());
         }
     }
 }

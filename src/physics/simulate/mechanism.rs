@@ -12,10 +12,10 @@
 //! A soft particle has no ring that could bend, so it never wraps, and its one point cannot tell whether a throat is
 //! filled: the midpoint is not asked for.
 //!
-//! Shares and angle are a choice of this program ([C24] names the cases, not their limits). The kept shapes hold all that
+//! Shares and angle are a choice of this program ([C24] names the cases, not their limits). The kept outlines hold all that
 //! the rule reads, so that other limits can be tried on finished runs.
 
-use crate::results::outline::{LoadRecord, ShapeRecord};
+use crate::results::outline::{LoadRecord, Outline};
 use crate::results::trajectory::Mechanism;
 
 /// Share of the supporting force above which one obstacle holds the droplet.
@@ -34,22 +34,22 @@ pub const SQUEEZE_LEAST: f64 = 0.15;
 ///
 /// ```
 /// use meniscus::physics::simulate::mechanism;
-/// use meniscus::results::{outline::{LoadRecord, ShapeRecord}, trajectory::Mechanism};
+/// use meniscus::results::{outline::{LoadRecord, Outline}, trajectory::Mechanism};
 /// let load = |obstacle, y, fy| LoadRecord { obstacle, x: 0.5, y, fx: -0.4, fy, turn: 0.1 };
 /// let loads = vec![load(7, -0.4, 0.3), load(9, 0.4, -0.3)];
-/// let point = ShapeRecord { t: 0.0, x: vec![0.0], y: vec![0.0], loads };
+/// let point = Outline { t: 0.0, x: vec![0.0], y: vec![0.0], loads };
 /// assert_eq!(mechanism::of(&point), Some(Mechanism::Squeeze));
 /// ```
-pub fn of(shape: &ShapeRecord) -> Option<Mechanism> {
+pub fn of(outline: &Outline) -> Option<Mechanism> {
     let support = |load: &LoadRecord| (-load.fx).max(0.0);
-    let total: f64 = shape.loads.iter().map(support).sum();
+    let total: f64 = outline.loads.iter().map(support).sum();
     if !(total > 0.0) {
         return None;
     }
-    let mut shares: Vec<(f64, &LoadRecord)> = shape.loads.iter().map(|load| (support(load) / total, load)).collect();
+    let mut shares: Vec<(f64, &LoadRecord)> = outline.loads.iter().map(|load| (support(load) / total, load)).collect();
     // A stable sort: equal shares stay in the order of the obstacles.
     shares.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let is_ring = shape.x.len() > 1;
+    let is_ring = outline.x.len() > 1;
     let wraps = |&(share, load): &(f64, &LoadRecord)| share >= WRAP_SHARE && load.turn.to_degrees() >= WRAP_TURN;
     Some(match shares.as_slice() {
         [first, ..] if is_ring && wraps(first) => Mechanism::Wrap,
@@ -57,7 +57,7 @@ pub fn of(shape: &ShapeRecord) -> Option<Mechanism> {
             if a + b >= SQUEEZE_SHARE
                 && *b >= SQUEEZE_LEAST
                 && face_each_other(first, second)
-                && (!is_ring || fills_throat(shape, first, second)) =>
+                && (!is_ring || fills_throat(outline, first, second)) =>
         {
             Mechanism::Squeeze
         }
@@ -71,8 +71,8 @@ fn face_each_other(a: &LoadRecord, b: &LoadRecord) -> bool {
     lower.fy > 0.0 && upper.fy < 0.0
 }
 
-fn fills_throat(shape: &ShapeRecord, a: &LoadRecord, b: &LoadRecord) -> bool {
-    shape.contains(0.5 * (a.x + b.x), 0.5 * (a.y + b.y))
+fn fills_throat(outline: &Outline, a: &LoadRecord, b: &LoadRecord) -> bool {
+    outline.contains(0.5 * (a.x + b.x), 0.5 * (a.y + b.y))
 }
 
 #[cfg(test)]
@@ -86,13 +86,13 @@ mod tests {
     }
 
     /// A round droplet at the origin with these loads.
-    fn ring(loads: &[LoadRecord]) -> ShapeRecord {
+    fn ring(loads: &[LoadRecord]) -> Outline {
         let (y, x) = (0..64).map(|i| libm::sincos(f64::from(i) * PI / 32.0)).map(|(s, c)| (0.5 * s, 0.5 * c)).unzip();
-        ShapeRecord { t: 1.0, x, y, loads: loads.to_vec() }
+        Outline { t: 1.0, x, y, loads: loads.to_vec() }
     }
 
-    fn point(loads: &[LoadRecord]) -> ShapeRecord {
-        ShapeRecord { t: 1.0, x: vec![0.0], y: vec![0.0], loads: loads.to_vec() }
+    fn point(loads: &[LoadRecord]) -> Outline {
+        Outline { t: 1.0, x: vec![0.0], y: vec![0.0], loads: loads.to_vec() }
     }
 
     const LOWER: [f64; 2] = [0.4, -0.3];

@@ -18,12 +18,12 @@ use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact;
 use crate::physics::ring::forces::self_contact::apart::Apart;
 use crate::physics::ring::forces::{Drag, EdgeForce};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::record::{Effort, Recorder};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::physics::walls::wall::Walls;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use crate::results::trajectory::{Clog, Failure, FailureClass, Outcome, Trajectory};
-use fearless_simd::Level;
 use snapshot::Course;
 use start::NotStarted;
 use std::sync::atomic::AtomicBool;
@@ -40,7 +40,7 @@ pub struct Context<'a> {
     /// The shared obstacle arrays.
     pub arrays: &'a ArrayLibrary,
     /// The instruction set.
-    pub level: Level,
+    pub instruction_set: InstructionSet,
     /// Set to end all simulations within some ten milliseconds.
     pub stop: &'a AtomicBool,
 }
@@ -56,8 +56,8 @@ pub(crate) trait Motion {
     fn follow(&mut self);
     /// Reads off everything recorded.
     fn observe(&mut self) -> Observation;
-    /// The shape and its loads.
-    fn shape(&self, t: f64) -> ShapeRecord;
+    /// The outline and its loads.
+    fn outline(&self, t: f64) -> Outline;
     /// Where a wall lies inside the droplet.
     fn engulfed(&self) -> Option<[f64; 2]>;
     /// The droplet's outline, if it has one.
@@ -79,8 +79,8 @@ impl<E: EdgeForce, D: Drag> Motion for GuardedMotion<E, D> {
     fn observe(&mut self) -> Observation {
         GuardedMotion::observe(self)
     }
-    fn shape(&self, t: f64) -> ShapeRecord {
-        self.motion.effects.shape(&self.motion.ring, t)
+    fn outline(&self, t: f64) -> Outline {
+        self.motion.effects.outline(&self.motion.ring, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         self.motion.engulfed()
@@ -106,8 +106,8 @@ impl<E: EdgeForce, D: Drag> Motion for ImplicitMotion<E, D> {
     fn observe(&mut self) -> Observation {
         ImplicitMotion::observe(self)
     }
-    fn shape(&self, t: f64) -> ShapeRecord {
-        self.effects.shape(&self.ring, t)
+    fn outline(&self, t: f64) -> Outline {
+        self.effects.outline(&self.ring, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         ImplicitMotion::engulfed(self)
@@ -133,8 +133,8 @@ impl<W: Walls> Motion for SoftMotion<W> {
     fn observe(&mut self) -> Observation {
         SoftMotion::observe(self)
     }
-    fn shape(&self, t: f64) -> ShapeRecord {
-        SoftMotion::shape(self, t)
+    fn outline(&self, t: f64) -> Outline {
+        SoftMotion::outline(self, t)
     }
     fn engulfed(&self) -> Option<[f64; 2]> {
         None
@@ -198,7 +198,7 @@ pub fn go_on(
 struct Timetable {
     check: u64,
     checks_per_sample: u64,
-    checks_per_shape: Option<u64>,
+    checks_per_outline: Option<u64>,
     end: u64,
 }
 
@@ -212,8 +212,8 @@ impl Timetable {
         let check = (steps / checks_per_sample as f64).round().max(1.0) as u64;
         let end = (point.limits.t_max / dt - 1e-6).ceil().max(1.0) as u64;
         let in_checks = |time: f64| (time / (check as f64 * dt)).round().max(1.0) as u64;
-        let checks_per_shape = point.shapes_every.map(in_checks);
-        Self { check, checks_per_sample, checks_per_shape, end }
+        let checks_per_outline = point.shapes_every.map(in_checks);
+        Self { check, checks_per_sample, checks_per_outline, end }
     }
 }
 
@@ -221,12 +221,12 @@ impl Timetable {
 fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
     let begin = motion.observe();
     let mut recorder = Recorder::new(point, begin);
-    let shape = motion.shape(0.0);
+    let outline = motion.outline(0.0);
     if point.shapes_every.is_some() {
-        recorder.keep(shape.clone());
+        recorder.keep(outline.clone());
     }
     let lowest_energy = begin.energy();
-    Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, shape, recorder }
+    Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, outline, recorder }
 }
 
 /// Advances from check to check until the run ends.
@@ -263,8 +263,8 @@ fn drive(
             // Of the way since the check nothing is kept.
             Ok(false) => return Ok(Ended::Stopped(Some(Box::new(Snapshot { course, motion: here })))),
             Err(failure) => {
-                let shape = motion.shape(failure.step as f64 * dt);
-                return Err(Failure { shape: Some(Box::new(shape)), ..failure });
+                let outline = motion.outline(failure.step as f64 * dt);
+                return Err(Failure { outline: Some(Box::new(outline)), ..failure });
             }
         }
         motion.follow();
@@ -273,28 +273,28 @@ fn drive(
         let (step, checks, recorder) = (course.step, course.checks, &mut course.recorder);
         let t = step as f64 * dt;
         let seen = motion.observe();
-        let fail = |class, reason, shape| Failure { class, reason, step, shape: Some(Box::new(shape)) };
+        let fail = |class, reason, outline| Failure { class, reason, step, outline: Some(Box::new(outline)) };
         let energy = seen.energy();
         let rise = energy - course.lowest_energy;
         if !(rise < ENERGY_RISE_LIMIT) {
             let reason =
                 format!("the total energy rose by {rise:.3e} at t = {t}; lower dt, or see it with `meniscus render`");
-            // Nothing sound is left of the droplet, so the shape of the check before is kept.
-            return Err(fail(FailureClass::Unstable, reason, course.shape));
+            // Nothing sound is left of the droplet, so the outline of the check before is kept.
+            return Err(fail(FailureClass::Unstable, reason, course.outline));
         }
-        course.shape = motion.shape(t);
+        course.outline = motion.outline(t);
         if let Some([x, y]) = motion.engulfed() {
             if fail_engulfed {
                 let reason = format!(
                     "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with `meniscus render`"
                 );
-                return Err(fail(FailureClass::Engulfed, reason, course.shape));
+                return Err(fail(FailureClass::Engulfed, reason, course.outline));
             }
             recorder.mark_engulfed(t);
         }
         if motion.ring().is_some_and(|ring| self_contact::crosses(ring, delta, apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
-            return Err(fail(FailureClass::Crossed, reason, course.shape));
+            return Err(fail(FailureClass::Crossed, reason, course.outline));
         }
         course.lowest_energy = course.lowest_energy.min(energy);
         recorder.watch(&seen, rise);
@@ -318,8 +318,8 @@ fn drive(
         if outcome.is_some() || checks % timetable.checks_per_sample == 0 {
             recorder.record(t, &seen);
         }
-        if outcome.is_some() || timetable.checks_per_shape.is_some_and(|every| checks % every == 0) {
-            recorder.keep(course.shape.clone());
+        if outcome.is_some() || timetable.checks_per_outline.is_some_and(|every| checks % every == 0) {
+            recorder.keep(course.outline.clone());
         }
         if let Some(outcome) = outcome {
             let clog = (outcome == Outcome::Clogged).then(|| Clog {
@@ -330,7 +330,7 @@ fn drive(
                 ek_ratio,
                 shape: seen.shape,
                 contacts: seen.contacts,
-                mechanism: mechanism::of(&course.shape),
+                mechanism: mechanism::of(&course.outline),
             });
             let effort = Effort { steps: step, refused: motion.refused() };
             return Ok(Ended::Finished(Box::new(course.recorder.finish(outcome, t, effort, &seen, clog))));
@@ -353,9 +353,9 @@ mod tests {
     #[test]
     fn checks_come_at_least_every_t0_and_divide_the_sampling_interval() {
         let timetable = Timetable::of(&point(10.0, 1e-3));
-        assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, checks_per_shape: None, end: 25_000 });
-        let shapes = Timetable::of(&Point { shapes_every: Some(3.0), ..point(0.25, 1e-3) });
-        assert_eq!(shapes, Timetable { check: 250, checks_per_sample: 1, checks_per_shape: Some(12), end: 25_000 });
+        assert_eq!(timetable, Timetable { check: 1000, checks_per_sample: 10, checks_per_outline: None, end: 25_000 });
+        let outlines = Timetable::of(&Point { shapes_every: Some(3.0), ..point(0.25, 1e-3) });
+        assert_eq!(outlines, Timetable { check: 250, checks_per_sample: 1, checks_per_outline: Some(12), end: 25_000 });
         let coarse = Timetable::of(&point(2.5, 0.0625));
         assert_eq!((coarse.check, coarse.checks_per_sample), (10, 4), "forty steps, a quarter of them at a time");
         let odd = Timetable::of(&point(2.5, 3e-4));

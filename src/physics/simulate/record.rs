@@ -12,7 +12,7 @@
 
 use crate::parameters::{MASS, Point};
 use crate::physics::observation::Observation;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use crate::results::trajectory::{Clog, Outcome, Samples, Trajectory};
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ pub struct Recorder {
     v_t: f64,
     start_x: f64,
     samples: Samples,
-    shapes: Vec<ShapeRecord>,
+    outlines: Vec<Outline>,
     shape_max: Option<f64>,
     area_error_max: Option<f64>,
     overlap_max: f64,
@@ -53,7 +53,7 @@ impl Recorder {
             v_t: point.v_t,
             start_x: begin.x,
             samples: Samples::default(),
-            shapes: Vec::new(),
+            outlines: Vec::new(),
             shape_max: None,
             area_error_max: None,
             overlap_max: 0.0,
@@ -106,9 +106,9 @@ impl Recorder {
         samples.area_error.extend(seen.area_error);
     }
 
-    /// Keeps a shape.
-    pub fn keep(&mut self, shape: ShapeRecord) {
-        self.shapes.push(shape);
+    /// Keeps an outline.
+    pub fn keep(&mut self, outline: Outline) {
+        self.outlines.push(outline);
     }
 
     /// The trajectory, ended by `outcome` at time `t`.
@@ -137,7 +137,7 @@ impl Recorder {
             refused: effort.refused,
             clog,
             samples: self.samples,
-            shapes: self.shapes,
+            outlines: self.outlines,
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::physics::motion::guard::GuardState;
 use crate::physics::motion::implicit::ImplicitState;
 use crate::physics::point::SoftState;
 use crate::physics::simulate::record::Recorder;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
 /// The state of a droplet in motion, by its integrator.
@@ -31,8 +31,8 @@ pub(super) struct Course {
     pub was_below: bool,
     /// Lowest total energy so far.
     pub lowest_energy: f64,
-    /// The shape at this check.
-    pub shape: ShapeRecord,
+    /// The outline at this check.
+    pub outline: Outline,
     /// All that is recorded.
     pub recorder: Recorder,
 }

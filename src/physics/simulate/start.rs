@@ -19,13 +19,13 @@ use crate::physics::ring::forces::self_contact::SelfContact;
 use crate::physics::ring::forces::self_contact::apart::Apart;
 use crate::physics::ring::forces::tension::{LinearTension, Tension};
 use crate::physics::ring::forces::{Drag, EdgeForce, RingForce};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::{Context, Motion, MotionState};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
 use crate::physics::walls::plate::Plate;
 use crate::physics::walls::wall::Walls;
 use crate::physics::walls::wedge::ChannelWalls;
 use crate::results::trajectory::Failure;
-use fearless_simd::Level;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -61,8 +61,8 @@ pub(super) fn start(
     context: Context<'_>,
     from: Option<&MotionState>,
 ) -> Result<Box<dyn Motion>, NotStarted> {
-    let Context { arrays, level, stop } = context;
-    let (point, begin) = (&*job.point, Begin { from, stop, level });
+    let Context { arrays, instruction_set, stop } = context;
+    let (point, begin) = (&*job.point, Begin { from, stop, instruction_set });
     match &job.point.scene {
         Scene::Obstacles(field) => {
             let discs = arrays.get(job, field)?;
@@ -93,7 +93,7 @@ struct Begin<'a> {
     /// From this state, or from rest.
     from: Option<&'a MotionState>,
     stop: &'a AtomicBool,
-    level: Level,
+    instruction_set: InstructionSet,
 }
 
 /// A grid point and where it starts.
@@ -108,7 +108,7 @@ impl<W: Walls> Start<'_, W> {
     fn droplet(self) -> Result<Box<dyn Motion>, NotStarted> {
         match &self.point.model {
             Model::Soft(soft) => {
-                let (dt, level) = (self.point.stepping.dt, self.begin.level);
+                let (dt, instruction_set) = (self.point.stepping.dt, self.begin.instruction_set);
                 let effects = SoftEffects {
                     stiffness: soft.e_w,
                     weight: MASS,
@@ -117,11 +117,13 @@ impl<W: Walls> Start<'_, W> {
                     alpha: self.alpha(),
                 };
                 Ok(Box::new(match self.begin.from {
-                    Some(MotionState::Soft(state)) => SoftMotion::resume(*state, effects, dt, self.walls, level),
+                    Some(MotionState::Soft(state)) => {
+                        SoftMotion::resume(*state, effects, dt, self.walls, instruction_set)
+                    }
                     Some(_) => return Err(WrongState.into()),
                     None => {
-                        let position = placing::place_point(soft.e_w, &self.walls, self.place, dt, level)?;
-                        SoftMotion::start(position, effects, dt, self.walls, level)
+                        let position = placing::place_point(soft.e_w, &self.walls, self.place, dt, instruction_set)?;
+                        SoftMotion::start(position, effects, dt, self.walls, instruction_set)
                     }
                 }))
             }
@@ -149,15 +151,15 @@ impl<W: Walls> Start<'_, W> {
         if b0 == 0.0 {
             return self.set_off(ring, edge, FarDrag { rate: 1.0 / v_t });
         }
-        let (walls, alpha, level) = (self.walls.clone(), self.alpha(), self.begin.level);
-        self.set_off(ring, edge, NearWallDrag::new(walls, n, v_t, b0, alpha, ring.delta, level))
+        let (walls, alpha, instruction_set) = (self.walls.clone(), self.alpha(), self.begin.instruction_set);
+        self.set_off(ring, edge, NearWallDrag::new(walls, n, v_t, b0, alpha, ring.delta, instruction_set))
     }
 
     /// A ring put in its place, among the walls alone.
     fn placed<E: EdgeForce>(&self, ring: &Deformable, edge: E) -> Result<Ring, NotStarted> {
         let pushes = Pushes { walls: self.contact(ring), others: self.repulsion(ring) };
-        let (stepping, Begin { stop, level, .. }) = (&self.point.stepping, self.begin);
-        let placed = placing::place_ring(ring, edge, self.place, pushes, stepping, level, stop)?;
+        let (stepping, Begin { stop, instruction_set, .. }) = (&self.point.stepping, self.begin);
+        let placed = placing::place_ring(ring, edge, self.place, pushes, stepping, instruction_set, stop)?;
         placed.ok_or(NotStarted::Stopped)
     }
 
@@ -186,20 +188,20 @@ impl<W: Walls> Start<'_, W> {
             walls: self.contact(ring),
             others,
         };
-        let (n, dt, level) = (ring.n_vertices, self.point.stepping.dt, self.begin.level);
+        let (n, dt, instruction_set) = (ring.n_vertices, self.point.stepping.dt, self.begin.instruction_set);
         Ok(match (self.point.stepping.integrator, self.begin.from) {
             (Integrator::Verlet, None) => {
-                let motion = RingMotion::start(self.placed(ring, edge)?, effects, dt, level);
+                let motion = RingMotion::start(self.placed(ring, edge)?, effects, dt, instruction_set);
                 Box::new(GuardedMotion::new(motion))
             }
             (Integrator::Verlet, Some(MotionState::Verlet(state))) => {
-                Box::new(GuardedMotion::resume(state, n, effects, dt, level)?)
+                Box::new(GuardedMotion::resume(state, n, effects, dt, instruction_set)?)
             }
             (Integrator::Implicit, None) => {
-                Box::new(ImplicitMotion::start(self.placed(ring, edge)?, effects, dt, level))
+                Box::new(ImplicitMotion::start(self.placed(ring, edge)?, effects, dt, instruction_set))
             }
             (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
-                Box::new(ImplicitMotion::resume(state, n, effects, dt, level)?)
+                Box::new(ImplicitMotion::resume(state, n, effects, dt, instruction_set)?)
             }
             _ => return Err(WrongState.into()),
         })
@@ -207,7 +209,7 @@ impl<W: Walls> Start<'_, W> {
 
     fn contact(&self, ring: &Deformable) -> Box<dyn WallContact> {
         let (n, k_w) = (ring.n_vertices, ring.k_w());
-        Box::new(Contact::new(self.walls.clone(), ring.contact, n, k_w, ring.delta, self.begin.level))
+        Box::new(Contact::new(self.walls.clone(), ring.contact, n, k_w, ring.delta, self.begin.instruction_set))
     }
 
     fn repulsion(&self, ring: &Deformable) -> Vec<Box<dyn RingForce>> {
@@ -220,7 +222,7 @@ impl<W: Walls> Start<'_, W> {
                     apart.total_stiffness(),
                     ring.delta,
                     apart,
-                    self.begin.level,
+                    self.begin.instruction_set,
                 ))]
             }
         }

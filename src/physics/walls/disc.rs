@@ -1,6 +1,6 @@
 //! A disc as a wall.
 
-use crate::physics::walls::wall::{Edges, Shape, Touch};
+use crate::physics::walls::wall::{Edges, Obstacle, Touch};
 use fearless_simd::{f64x8, prelude::*};
 
 /// A disc near a droplet, in local coordinates.
@@ -14,7 +14,7 @@ pub struct Disc {
     pub y: f64,
 }
 
-impl Shape for Disc {
+impl Obstacle for Disc {
     const LEVEL: f64 = 0.0;
 
     fn id(&self) -> u32 {

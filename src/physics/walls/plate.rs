@@ -1,6 +1,6 @@
 //! A flat wall across the droplet's way at `x = 0`, on which it comes to rest ([C24] Fig. 7b).
 
-use crate::physics::walls::wall::{Edges, LEVEL, Shape, Touch, Walls};
+use crate::physics::walls::wall::{Edges, LEVEL, Obstacle, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The plate, `x >= 0`.
@@ -8,7 +8,7 @@ use fearless_simd::{f64x8, prelude::*};
 pub struct Plate;
 
 impl Walls for Plate {
-    type Shape = HalfPlane;
+    type Obstacle = HalfPlane;
 
     fn surface(&self) -> f64 {
         0.0
@@ -25,7 +25,7 @@ pub struct HalfPlane {
     x: f64,
 }
 
-impl Shape for HalfPlane {
+impl Obstacle for HalfPlane {
     const LEVEL: f64 = LEVEL;
 
     fn id(&self) -> u32 {

@@ -1,4 +1,4 @@
-//! What a droplet can touch: convex shapes, told from the skeleton that their surface surrounds at a fixed distance.
+//! What a droplet can touch: convex obstacles, told from the skeleton that their surface surrounds at a fixed distance.
 //!
 //! A disc is a point with the surface at its radius; a wedge with a rounded tip is a sharp wedge with the surface at the tip
 //! radius; a plate is a half-plane. Signed distances to a convex skeleton are convex along an edge, so an edge has one
@@ -9,8 +9,8 @@
 //! still the gradient of an energy, and continuous.
 //!
 //! # Writing your own
-//! A shape implements [`Shape`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
-//! the shapes near a droplet.
+//! An obstacle implements [`Obstacle`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
+//! the obstacles near a droplet.
 
 use crate::physics::simd::Instructions;
 use fearless_simd::{f64x8, prelude::*};
@@ -31,25 +31,25 @@ pub struct Edges<S: Simd> {
     pub ey: f64x8<S>,
 }
 
-/// How eight edges touch a shape.
+/// How eight edges touch an obstacle.
 #[derive(Clone, Copy)]
 pub struct Touch<S: Simd> {
     /// Where on the edge its nearest point lies, in [0, 1].
     pub q: f64x8<S>,
     /// `reach` less the distance of that point from the skeleton; zero where they do not touch.
     pub overlap: f64x8<S>,
-    /// Unit normal away from the shape, x.
+    /// Unit normal away from the obstacle, x.
     pub nx: f64x8<S>,
     /// Unit normal, y.
     pub ny: f64x8<S>,
 }
 
 /// A convex obstacle.
-pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// beta of its contact with edges: [`LEVEL`] for shapes with flat faces, zero for round ones.
+pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// beta of its contact with edges: [`LEVEL`] for obstacles with flat faces, zero for round ones.
     const LEVEL: f64;
 
-    /// Orders the shapes of a scene, so that sums over them have one order.
+    /// Orders the obstacles of a scene, so that sums over them have one order.
     fn id(&self) -> u32;
 
     /// Distance from the nearest point of each edge to the skeleton, negative inside it.
@@ -64,7 +64,7 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
-    /// `force` and the push on a point, `stiffness` times how deep it lies within `reach`, along the normal. `memory` is the shape's own from call to call, for
+    /// `force` and the push on a point, `stiffness` times how deep it lies within `reach`, along the normal. `memory` is the obstacle's own from call to call, for
     /// points that hardly moved; zero if there was none.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
@@ -82,40 +82,40 @@ pub trait Shape: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// of the skeleton is a corner, zero where it is a face.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
 
-    /// Whether the shape counts as inside a ring that contains this point (local coordinates); `None` for shapes that
+    /// Whether the obstacle counts as inside a ring that contains this point (local coordinates); `None` for obstacles that
     /// reach to infinity, which no ring can contain.
     fn heart(&self) -> Option<[f64; 2]>;
 }
 
-/// How an instruction set asks a shape: in line where it has vectors. Plain code asks by a call, for there eight lanes are long, and in
+/// How an instruction set asks an obstacle: in line where it has vectors. Plain code asks by a call, for there eight lanes are long, and in
 /// line everywhere they took minutes of compilation.
 pub trait Asking: Instructions {
-    /// [`Shape::distance`].
-    fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self>;
+    /// [`Obstacle::distance`].
+    fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self>;
 
-    /// [`Shape::distance_to`].
-    fn distance_to<T: Shape>(self, shape: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self>;
+    /// [`Obstacle::distance_to`].
+    fn distance_to<T: Obstacle>(self, obstacle: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self>;
 
-    /// [`Shape::touch`].
-    fn touch<T: Shape>(self, shape: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
+    /// [`Obstacle::touch`].
+    fn touch<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
 }
 
 macro_rules! asking {
     ($inline:meta: $($set:ty),+) => {
         $(impl Asking for $set {
             #[$inline]
-            fn distance<T: Shape>(self, shape: &T, edges: Edges<Self>) -> f64x8<Self> {
-                shape.distance(self, edges)
+            fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self> {
+                obstacle.distance(self, edges)
             }
 
             #[$inline]
-            fn distance_to<T: Shape>(self, shape: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self> {
-                shape.distance_to(self, x, y)
+            fn distance_to<T: Obstacle>(self, obstacle: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self> {
+                obstacle.distance_to(self, x, y)
             }
 
             #[$inline]
-            fn touch<T: Shape>(self, shape: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>> {
-                shape.touch(self, edges, reach)
+            fn touch<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>> {
+                obstacle.touch(self, edges, reach)
             }
         })+
     };
@@ -128,13 +128,13 @@ asking!(inline(never): fearless_simd::Fallback);
 
 /// The walls of a scene.
 pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
-    /// Their shape.
-    type Shape: Shape;
+    /// Their obstacle.
+    type Obstacle: Obstacle;
 
     /// Distance of the surface from the skeleton: the radius of a disc or a tip.
     fn surface(&self) -> f64;
 
-    /// Calls `visit` with every shape whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`, all in
+    /// Calls `visit` with every obstacle whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`, all in
     /// coordinates relative to `origin`.
-    fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Shape));
+    fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Obstacle));
 }

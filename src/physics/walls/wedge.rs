@@ -3,7 +3,7 @@
 //! With a tip radius the wedges are rounded off so that the orifice keeps its width: a sharp wedge whose tip stands that
 //! much further out, surrounded by a surface at the tip radius.
 
-use crate::physics::walls::wall::{Edges, LEVEL, Shape, Touch, Walls};
+use crate::physics::walls::wall::{Edges, LEVEL, Obstacle, Touch, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
 
 /// The two wedges.
@@ -24,7 +24,7 @@ impl ChannelWalls {
 }
 
 impl Walls for ChannelWalls {
-    type Shape = Wedge;
+    type Obstacle = Wedge;
 
     fn surface(&self) -> f64 {
         self.tip_radius
@@ -138,7 +138,7 @@ fn clamp<S: Simd>(simd: S, q: f64x8<S>) -> f64x8<S> {
     q.max(f64x8::splat(simd, 0.0)).min(f64x8::splat(simd, 1.0))
 }
 
-impl Shape for Wedge {
+impl Obstacle for Wedge {
     const LEVEL: f64 = LEVEL;
 
     fn id(&self) -> u32 {

@@ -2,7 +2,7 @@
 
 use crate::campaign::choose::stepping;
 use crate::parameters::{IntegratorChoice, Job, Limits, Model, Point, Scene};
-use crate::physics::simd::best_level;
+use crate::physics::simd::best_instruction_set;
 use crate::physics::simulate::stability::StabilityLimit;
 use crate::physics::simulate::{Context, simulate};
 use crate::physics::walls::arrays::library::ArrayLibrary;
@@ -140,7 +140,7 @@ impl<'w> Laboratory<'w> {
         }
         let point = Arc::new(self.point(parameters));
         let job = Job { point_id: point.id(), point, seed: 0 };
-        let context = Context { arrays: &self.arrays, level: best_level(), stop: &self.stop };
+        let context = Context { arrays: &self.arrays, instruction_set: best_instruction_set(), stop: &self.stop };
         let profile = simulate(&job, context).map(|trajectory| {
             Arc::new(trajectory.map(|trajectory| Profile::of(&trajectory.samples)).unwrap_or_default())
         });

@@ -1,9 +1,10 @@
 //! Vectors of all vertices of a ring.
 
-use crate::on_level;
+use crate::on_instruction_set;
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, load, max_lanes, padded, store, sum_lanes};
-use fearless_simd::{Level, f64x8, prelude::*};
+use fearless_simd::{f64x8, prelude::*};
 use serde::{Deserialize, Serialize};
 
 /// Vectors of x and y for each vertex, zero in the padding.
@@ -34,8 +35,8 @@ impl Field {
     }
 
     /// Largest length of a vector; not finite if one of them is not.
-    pub fn largest(&self, level: Level) -> f64 {
-        on_level!(level, simd => self.largest_with(simd))
+    pub fn largest(&self, instruction_set: InstructionSet) -> f64 {
+        on_instruction_set!(instruction_set, simd => self.largest_with(simd))
     }
 
     #[inline(always)]

@@ -26,16 +26,17 @@ pub mod cyclic;
 pub mod field;
 pub mod newton;
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::motion::memory::{RingState, WrongState};
 use crate::physics::motion::step_control::{StepControl, WHOLE};
 use crate::physics::motion::verlet::RingEffects;
 use crate::physics::observation::Observation;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::{Drag, EdgeForce, Rates};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{Instructions, LANES, fma, load, store};
 use crate::results::trajectory::{Failure, FailureClass};
-use fearless_simd::{Level, f64x8, prelude::*};
+use fearless_simd::{f64x8, prelude::*};
 use field::Field;
 use newton::{Newton, Refusal};
 use serde::{Deserialize, Serialize};
@@ -83,7 +84,7 @@ pub struct ImplicitMotion<E, D> {
     pub largest_move: f64,
     /// What it has cost.
     pub work: Work,
-    level: Level,
+    instruction_set: InstructionSet,
     newton: Newton,
     control: StepControl,
     earlier: Earlier,
@@ -116,7 +117,7 @@ pub struct ImplicitState {
 
 impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
     /// A ring at rest.
-    pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, level: Level) -> Self {
+    pub fn start(ring: Ring, effects: RingEffects<E, D>, dt: f64, instruction_set: InstructionSet) -> Self {
         let n = ring.n;
         let mut motion = Self {
             ring,
@@ -124,7 +125,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
             dt,
             largest_move: LARGEST_MOVE,
             work: Work::default(),
-            level,
+            instruction_set,
             newton: Newton::new(n),
             control: StepControl::new(MOST_HALVINGS, PATIENCE),
             earlier: Earlier { moved: Field::zero(n), gained: Field::zero(n), step: f64::INFINITY },
@@ -169,9 +170,9 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         n: usize,
         effects: RingEffects<E, D>,
         dt: f64,
-        level: Level,
+        instruction_set: InstructionSet,
     ) -> Result<Self, WrongState> {
-        let mut motion = Self::start(state.ring.ring(n)?, effects, dt, level);
+        let mut motion = Self::start(state.ring.ring(n)?, effects, dt, instruction_set);
         let fits = |field: &Field| field.x.len() == motion.earlier.moved.x.len() && field.y.len() == field.x.len();
         if !fits(&state.moved) || !fits(&state.gained) || !motion.control.resume(state.control) {
             return Err(WrongState);
@@ -219,10 +220,10 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
     /// Puts the ring back where the refused sub-step began, and halves the next one.
     fn retreat(&mut self, refused: Refused) -> Result<(), Failure> {
         self.work.refused += 1;
-        let back = self.newton.displacement.largest(self.level);
+        let back = self.newton.displacement.largest(self.instruction_set);
         self.newton.displacement = Field::zero(self.ring.n);
         let back = if back.is_finite() { back } else { f64::INFINITY };
-        self.newton.place(&mut self.ring, &mut self.effects, self.level, back);
+        self.newton.place(&mut self.ring, &mut self.effects, self.instruction_set, back);
         if matches!(refused, Refused::Newton(_)) {
             self.earlier.step = f64::INFINITY;
         }
@@ -232,7 +233,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         let length = self.control.length(self.dt);
         let reason =
             format!("the implicit step fails even at dt = {length:.1e}: {refused}; lower dt or the stiffnesses");
-        Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, shape: None })
+        Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, outline: None })
     }
 
     /// Tries a step of length `h`.
@@ -242,18 +243,18 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         newton.start.x.copy_from_slice(&ring.x[..long]);
         newton.start.y.copy_from_slice(&ring.y[..long]);
         let scheme = Scheme::of(h, h / earlier.step);
-        on_level!(self.level, simd => scheme.foresee(simd, ring, earlier, newton));
-        let far = newton.displacement.largest(self.level);
-        newton.place(ring, &mut self.effects, self.level, far);
+        on_instruction_set!(self.instruction_set, simd => scheme.foresee(simd, ring, earlier, newton));
+        let far = newton.displacement.largest(self.instruction_set);
+        newton.place(ring, &mut self.effects, self.instruction_set, far);
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
-        on_level!(self.level, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
-        let iterations = newton.minimise(ring, &mut self.effects, self.level)?;
-        let far = newton.displacement.largest(self.level);
+        on_instruction_set!(self.instruction_set, simd => scheme.aim(simd, ring, self.effects.drag.rates(), earlier, newton));
+        let iterations = newton.minimise(ring, &mut self.effects, self.instruction_set)?;
+        let far = newton.displacement.largest(self.instruction_set);
         if !(far <= self.largest_move) {
             return Err(Refused::TooFar(far));
         }
-        on_level!(self.level, simd => scheme.accept(simd, ring, newton, &mut self.earlier));
+        on_instruction_set!(self.instruction_set, simd => scheme.accept(simd, ring, newton, &mut self.earlier));
         self.effects.settled(ring);
         self.earlier.step = h;
         self.work.accepted += 1;
@@ -277,7 +278,7 @@ impl<E: EdgeForce, D: Drag> ImplicitMotion<E, D> {
         self.effects.observe(&self.ring, &self.ring.ux, &self.ring.uy)
     }
 
-    /// World position of a shape inside the ring, if there is one.
+    /// World position of an obstacle inside the ring, if there is one.
     pub fn engulfed(&self) -> Option<[f64; 2]> {
         self.effects.engulfed(&self.ring)
     }

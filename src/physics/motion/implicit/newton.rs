@@ -19,7 +19,7 @@
 //! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that pushed at the
 //! end of the time step before, and is taken whole; then they are free to open.
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::motion::implicit::cyclic::CyclicSolver;
 use crate::physics::motion::implicit::field::Field;
 use crate::physics::motion::verlet::{RingEffects, add_forces};
@@ -27,9 +27,10 @@ use crate::physics::ring::Ring;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
 use crate::physics::ring::forces::{Drag, EdgeForce};
 use crate::physics::ring::passes::{EdgeLaw, Edges, RingForces, edge_pass};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, padded, store};
-use fearless_simd::{Level, f64x8, prelude::*};
+use fearless_simd::{f64x8, prelude::*};
 
 /// Most Newton steps before a time step is given up.
 const MOST_ITERATIONS: u32 = 25;
@@ -108,10 +109,10 @@ impl Newton {
         &mut self,
         ring: &mut Ring,
         effects: &mut RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
         distance: f64,
     ) {
-        on_level!(level, simd => self.place_with(simd, ring));
+        on_instruction_set!(instruction_set, simd => self.place_with(simd, ring));
         ring.close();
         self.travelled += distance;
         effects.walls.moved(distance, ring);
@@ -137,12 +138,12 @@ impl Newton {
         &mut self,
         ring: &mut Ring,
         effects: &mut RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
         share: f64,
         size: f64,
     ) {
-        on_level!(level, simd => self.displacement.add(simd, share, &self.correction));
-        self.place(ring, effects, level, share.abs() * size);
+        on_instruction_set!(instruction_set, simd => self.displacement.add(simd, share, &self.correction));
+        self.place(ring, effects, instruction_set, share.abs() * size);
     }
 
     /// Minimises Phi from the present displacement on; returns the number of Newton steps.
@@ -153,29 +154,29 @@ impl Newton {
         &mut self,
         ring: &mut Ring,
         effects: &mut RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
     ) -> Result<u32, Refusal> {
         let mut held = effects.hold(ring);
-        self.evaluate(ring, effects, level);
+        self.evaluate(ring, effects, instruction_set);
         for iteration in 1..=MOST_ITERATIONS {
-            let found = self.direct(ring, effects, level);
+            let found = self.direct(ring, effects, instruction_set);
             effects.let_go();
             found?;
-            let size = self.correction.largest(level);
+            let size = self.correction.largest(instruction_set);
             if !size.is_finite() {
                 return Err(Refusal::NotFinite);
             }
             if held {
                 held = false;
-                self.go(ring, effects, level, (LONGEST / size).min(1.0), size);
-                self.evaluate(ring, effects, level);
+                self.go(ring, effects, instruction_set, (LONGEST / size).min(1.0), size);
+                self.evaluate(ring, effects, instruction_set);
                 continue;
             }
-            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(level) {
-                self.go(ring, effects, level, 1.0, size);
+            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(instruction_set) {
+                self.go(ring, effects, instruction_set, 1.0, size);
                 return Ok(iteration);
             }
-            self.search(ring, effects, level, size);
+            self.search(ring, effects, instruction_set, size);
         }
         Err(Refusal::NotConverged)
     }
@@ -185,16 +186,16 @@ impl Newton {
         &mut self,
         ring: &Ring,
         effects: &RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
     ) -> Result<(), Refusal> {
         for parts in [Parts::All, Parts::Positive] {
-            self.assemble(ring, effects, level, parts);
+            self.assemble(ring, effects, instruction_set, parts);
             for (p, r) in [(&mut self.correction.x, &self.residual.x), (&mut self.correction.y, &self.residual.y)] {
                 p.iter_mut().zip(r.iter()).for_each(|(p, r)| *p = -r);
             }
             let gradient = [&self.area_gradient.x[..], &self.area_gradient.y[..]];
             let right = [&mut self.correction.x[..], &mut self.correction.y[..]];
-            if self.solver.solve(level, &self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
+            if self.solver.solve(instruction_set, &self.stiffness, effects.area.stiffness, gradient, right).is_ok() {
                 return Ok(());
             }
         }
@@ -206,17 +207,17 @@ impl Newton {
         &mut self,
         ring: &mut Ring,
         effects: &mut RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
         size: f64,
     ) {
-        let down = -self.slope(level);
+        let down = -self.slope(instruction_set);
         let mut share = (LONGEST / size).min(1.0);
-        self.go(ring, effects, level, share, size);
-        self.evaluate(ring, effects, level);
+        self.go(ring, effects, instruction_set, share, size);
+        self.evaluate(ring, effects, instruction_set);
         if size < NOT_CUT {
             return;
         }
-        let mut up = self.slope(level);
+        let mut up = self.slope(instruction_set);
         // The bottom lies between two lengths: at the first the slope leads down, at the second up.
         let (mut low, mut high) = ((0.0, -down), (share, up));
         for cut in 0..MOST_CUTS {
@@ -228,10 +229,10 @@ impl Newton {
             let level_at = if cut % 3 == 2 { 0.5 } else { low.1 / (low.1 - high.1) };
             let level_at = if level_at.is_finite() { level_at.clamp(0.01, 0.99) } else { 0.1 };
             let next = low.0 + level_at * width;
-            self.go(ring, effects, level, next - share, size);
+            self.go(ring, effects, instruction_set, next - share, size);
             share = next;
-            self.evaluate(ring, effects, level);
-            up = self.slope(level);
+            self.evaluate(ring, effects, instruction_set);
+            up = self.slope(instruction_set);
             if up <= 0.0 {
                 low = (share, up);
             } else {
@@ -241,25 +242,38 @@ impl Newton {
     }
 
     /// `p Phi'`.
-    fn slope(&self, level: Level) -> f64 {
-        on_level!(level, simd => self.correction.dot(simd, &self.residual))
+    fn slope(&self, instruction_set: InstructionSet) -> f64 {
+        on_instruction_set!(instruction_set, simd => self.correction.dot(simd, &self.residual))
     }
 
     /// Phi' and the gradient of the area at the present positions.
-    fn evaluate<E: EdgeForce, D: Drag>(&mut self, ring: &mut Ring, effects: &RingEffects<E, D>, level: Level) {
-        let area = edge_pass(level, ring, effects.edge_law());
+    fn evaluate<E: EdgeForce, D: Drag>(
+        &mut self,
+        ring: &mut Ring,
+        effects: &RingEffects<E, D>,
+        instruction_set: InstructionSet,
+    ) {
+        let area = edge_pass(instruction_set, ring, effects.edge_law());
         let forces = effects.forces(area, add_forces(ring, effects));
         self.half_pressure = forces.half_pressure;
-        self.evaluate_forces(ring, &forces, level);
+        self.evaluate_forces(ring, &forces, instruction_set);
     }
 
     /// The same, the forces being known.
-    fn evaluate_forces(&mut self, ring: &Ring, forces: &RingForces, level: Level) {
+    fn evaluate_forces(&mut self, ring: &Ring, forces: &RingForces, instruction_set: InstructionSet) {
         match (forces.law.tension.needs_length(), forces.pushed) {
-            (false, false) => on_level!(level, simd => self.evaluate_with::<_, false, false>(simd, ring, forces)),
-            (false, true) => on_level!(level, simd => self.evaluate_with::<_, false, true>(simd, ring, forces)),
-            (true, false) => on_level!(level, simd => self.evaluate_with::<_, true, false>(simd, ring, forces)),
-            (true, true) => on_level!(level, simd => self.evaluate_with::<_, true, true>(simd, ring, forces)),
+            (false, false) => {
+                on_instruction_set!(instruction_set, simd => self.evaluate_with::<_, false, false>(simd, ring, forces))
+            }
+            (false, true) => {
+                on_instruction_set!(instruction_set, simd => self.evaluate_with::<_, false, true>(simd, ring, forces))
+            }
+            (true, false) => {
+                on_instruction_set!(instruction_set, simd => self.evaluate_with::<_, true, false>(simd, ring, forces))
+            }
+            (true, true) => {
+                on_instruction_set!(instruction_set, simd => self.evaluate_with::<_, true, true>(simd, ring, forces))
+            }
         }
         self.residual.still_padding(ring.n);
         self.area_gradient.still_padding(ring.n);
@@ -294,10 +308,10 @@ impl Newton {
         &mut self,
         ring: &Ring,
         effects: &RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
         parts: Parts,
     ) {
-        self.assemble_ring(level, ring, effects.edge_law(), parts);
+        self.assemble_ring(instruction_set, ring, effects.edge_law(), parts);
         if effects.walls.acts() {
             effects.walls.add_stiffness(ring, parts, &mut self.stiffness);
         }
@@ -308,8 +322,8 @@ impl Newton {
     }
 
     /// Weights, edges and the pressure, `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
-    fn assemble_ring(&mut self, level: Level, ring: &Ring, law: EdgeLaw, parts: Parts) {
-        on_level!(level, simd => self.assemble_ring_with(simd, ring, law, parts));
+    fn assemble_ring(&mut self, instruction_set: InstructionSet, ring: &Ring, law: EdgeLaw, parts: Parts) {
+        on_instruction_set!(instruction_set, simd => self.assemble_ring_with(simd, ring, law, parts));
     }
 
     #[inline(always)]
@@ -363,11 +377,11 @@ impl Newton {
         &mut self,
         ring: &mut Ring,
         effects: &RingEffects<E, D>,
-        level: Level,
+        instruction_set: InstructionSet,
         parts: Parts,
     ) -> (Field, Stiffness, Field) {
-        self.evaluate(ring, effects, level);
-        self.assemble(ring, effects, level, parts);
+        self.evaluate(ring, effects, instruction_set);
+        self.assemble(ring, effects, instruction_set, parts);
         (self.residual.clone(), self.stiffness.clone(), self.area_gradient.clone())
     }
 }

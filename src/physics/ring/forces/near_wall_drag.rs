@@ -5,13 +5,14 @@
 //!
 //! Example: at `b0/b_inf = 0.4`, one diameter away, a vertex is damped at 1.4/V_t.
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::{Drag, Rates};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, load, max_lanes, padded, store};
 use crate::physics::walls::wall::{Asking, Walls};
-use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use fearless_simd::{Fallback, f64x8, prelude::*};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ trait Update: Send + Sync + std::fmt::Debug {
 #[derive(Debug)]
 struct NearestWalls<W: Walls> {
     walls: Arc<W>,
-    level: Level,
+    instruction_set: InstructionSet,
     /// `1/V_t`.
     far_rate: f64,
     b0: f64,
@@ -49,7 +50,7 @@ struct NearestWalls<W: Walls> {
     floor: f64,
     /// Walls that may be the nearest of a vertex, for each block of eight.
     lists: Vec<Range<usize>>,
-    shapes: Vec<W::Shape>,
+    obstacles: Vec<W::Obstacle>,
     slack: f64,
     list_origin: [f64; 2],
 }
@@ -63,19 +64,19 @@ impl NearWallDrag {
         b0: f64,
         alpha: f64,
         delta: f64,
-        level: Level,
+        instruction_set: InstructionSet,
     ) -> Self {
         let mut rates = Aligned::zeros(padded(n_vertices));
         rates.fill(1.0 / v_t);
         let distances = Box::new(NearestWalls {
             walls,
-            level,
+            instruction_set,
             far_rate: 1.0 / v_t,
             b0,
             alpha,
             floor: 0.5 * delta,
             lists: Vec::new(),
-            shapes: Vec::new(),
+            obstacles: Vec::new(),
             slack: f64::NEG_INFINITY,
             list_origin: [f64::NAN; 2],
         });
@@ -90,19 +91,20 @@ impl<W: Walls> NearestWalls<W> {
         self.slack = SKIN;
         self.list_origin = ring.origin;
         self.lists.clear();
-        self.shapes.clear();
+        self.obstacles.clear();
         let [x0, x1, y0, y1] = ring.bounds();
         if !((x1 - x0) + (y1 - y0) < 1e3) {
             self.lists.resize(ring.ux.len() / LANES, 0..0);
             return;
         }
         let mut margin = 1.0;
-        let mut near: Vec<W::Shape> = Vec::new();
+        let mut near: Vec<W::Obstacle> = Vec::new();
         // Each block's nearest wall must be nearer than the margin for the list to hold it for certain.
         while margin < FARTHEST {
             near.clear();
             let far = margin + self.walls.surface() + 2.0 * SKIN;
-            self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));
+            self.walls
+                .for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |obstacle| near.push(obstacle));
             if !near.is_empty() && self.choose(ring, &near) <= margin {
                 return;
             }
@@ -111,25 +113,26 @@ impl<W: Walls> NearestWalls<W> {
     }
 
     /// Fills the lists from `near`; returns the largest distance of any vertex from its nearest wall.
-    fn choose(&mut self, ring: &Ring, near: &[W::Shape]) -> f64 {
+    fn choose(&mut self, ring: &Ring, near: &[W::Obstacle]) -> f64 {
         self.lists.clear();
-        self.shapes.clear();
+        self.obstacles.clear();
         let surface = self.walls.surface();
         let mut farthest: f64 = 0.0;
-        let (lists, shapes) = (&mut self.lists, &mut self.shapes);
+        let (lists, obstacles) = (&mut self.lists, &mut self.obstacles);
         // Seldom made: the plain instruction set will do.
         let simd = Fallback::new();
         for start in (0..ring.ux.len()).step_by(LANES) {
             let (x, y) = (load(simd, &ring.x, start), load(simd, &ring.y, start));
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
-            for shape in near {
-                nearest = nearest.min(simd.distance_to(shape, x, y));
+            for obstacle in near {
+                nearest = nearest.min(simd.distance_to(obstacle, x, y));
             }
             farthest = farthest.max(max_lanes(nearest) - surface);
-            let first = shapes.len();
+            let first = obstacles.len();
             let reach = nearest + 2.0 * SKIN;
-            shapes.extend(near.iter().filter(|shape| simd.distance_to(*shape, x, y).simd_le(reach).any_true()));
-            lists.push(first..shapes.len());
+            obstacles
+                .extend(near.iter().filter(|obstacle| simd.distance_to(*obstacle, x, y).simd_le(reach).any_true()));
+            lists.push(first..obstacles.len());
         }
         farthest
     }
@@ -141,8 +144,8 @@ impl<W: Walls> NearestWalls<W> {
             let at = block * LANES;
             let (x, y) = (load(simd, &ring.x, at), load(simd, &ring.y, at));
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
-            for shape in &self.shapes[list.clone()] {
-                nearest = nearest.min(simd.distance_to(shape, x, y));
+            for obstacle in &self.obstacles[list.clone()] {
+                nearest = nearest.min(simd.distance_to(obstacle, x, y));
             }
             let distance = (nearest - surface).max(f64x8::splat(simd, self.floor)).min(f64x8::splat(simd, 1e6));
             let rate = (power(simd, distance, self.alpha) * self.b0 + 1.0) * self.far_rate;
@@ -173,14 +176,14 @@ impl<W: Walls> Update for NearestWalls<W> {
         self.slack -= distance;
         if !(self.slack >= 0.0) || self.list_origin != ring.origin {
             self.list(ring);
-            if self.shapes.is_empty() {
+            if self.obstacles.is_empty() {
                 rates.fill(self.far_rate);
             }
         }
-        if self.shapes.is_empty() {
+        if self.obstacles.is_empty() {
             return;
         }
-        on_level!(self.level, simd => self.update_with(simd, ring, rates));
+        on_instruction_set!(self.instruction_set, simd => self.update_with(simd, ring, rates));
     }
 }
 
@@ -218,7 +221,7 @@ mod tests {
         let y: Vec<f64> = (0..40).map(|k| 20.0 + 8.0 * libm::cos(2.9 * f64::from(k))).collect();
         let discs = Arc::new(ObstacleArray::from_centres(40.0, 0.15, &x, &y));
         let mut ring = Ring::regular(50, [20.0, 20.0], 0.5);
-        let mut drag = NearWallDrag::new(discs, 50, 0.03, 0.4, PAPER_ALPHA, 0.0123, Level::new());
+        let mut drag = NearWallDrag::new(discs, 50, 0.03, 0.4, PAPER_ALPHA, 0.0123, InstructionSet::new());
         for step in 0..60 {
             drag.update(0.02, &ring);
             for i in 0..50 {

@@ -46,7 +46,7 @@ struct Sorted {
 }
 
 impl Walls for ObstacleArray {
-    type Shape = Disc;
+    type Obstacle = Disc;
 
     fn surface(&self) -> f64 {
         self.radius
@@ -84,7 +84,7 @@ impl ObstacleArray {
                     centres.len() as f64 / area
                 ),
                 step: 0,
-                shape: None,
+                outline: None,
             });
         }
         Ok(Self::given(field.box_size, radius, &centres))

@@ -90,8 +90,8 @@ pub(super) fn by_vertex<S: Instructions, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::on_level;
-    use fearless_simd::Level;
+    use crate::on_instruction_set;
+    use crate::physics::simd::InstructionSet;
 
     #[test]
     fn every_vertex_stands_in_the_lane_of_its_chain_and_comes_back() {
@@ -100,7 +100,7 @@ mod tests {
             let mut rows = vec![[Line::default(); 2]; length];
             for from in (0..length).step_by(LANES) {
                 let mut eight = [[Line::default(); 2]; LANES];
-                on_level!(Level::new(), simd => side_by_side(simd, &values, length, from, &mut eight, 1));
+                on_instruction_set!(InstructionSet::new(), simd => side_by_side(simd, &values, length, from, &mut eight, 1));
                 rows[from..].iter_mut().zip(eight).for_each(|(row, read)| *row = read);
             }
             for (j, [empty, row]) in rows.iter().enumerate() {
@@ -108,7 +108,7 @@ mod tests {
                 assert_eq!(row.0, std::array::from_fn(|k| (k * length + j) as f64));
             }
             let mut back = vec![-1.0; length * LANES];
-            on_level!(Level::new(), simd => by_vertex(simd, &rows, 1, &mut back));
+            on_instruction_set!(InstructionSet::new(), simd => by_vertex(simd, &rows, 1, &mut back));
             assert_eq!(back, values);
         }
     }

@@ -17,12 +17,13 @@ mod block;
 mod chains;
 mod lanes;
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::ring::forces::stiffness::Stiffness;
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, load, store, sum_lanes};
 use block::{Block, Number, Pivot};
-use fearless_simd::{Level, f64x8, prelude::*};
+use fearless_simd::{f64x8, prelude::*};
 use lanes::Lanes;
 
 /// Fewest vertices of a ring that is cut into eight chains.
@@ -124,7 +125,7 @@ impl CyclicSolver {
     /// [`NotPositiveDefinite`], with `b` untouched.
     pub fn solve(
         &mut self,
-        level: Level,
+        instruction_set: InstructionSet,
         matrix: &Stiffness,
         k: f64,
         g: [&[f64]; 2],
@@ -138,15 +139,15 @@ impl CyclicSolver {
             self.ring.solve(&system)?.iter().enumerate().for_each(|(vertex, row)| solved.set(vertex, row.right));
         } else {
             let (lanes, mut rest) = (&mut self.lanes, [Block::default(); 2 * LANES]);
-            if !on_level!(level, simd => lanes.reduce(simd, &system, n)) {
+            if !on_instruction_set!(instruction_set, simd => lanes.reduce(simd, &system, n)) {
                 return Err(NotPositiveDefinite);
             }
             let rest = &mut rest[..lanes.matrix.n];
             let solution = self.ring.solve(&lanes.system())?;
             rest.iter_mut().zip(solution).for_each(|(rest, row)| *rest = row.right);
-            on_level!(level, simd => lanes.substitute(simd, n, rest, solved));
+            on_instruction_set!(instruction_set, simd => lanes.substitute(simd, n, rest, solved));
         }
-        on_level!(level, simd => solved.combine(simd, n, k, g, [bx, by]));
+        on_instruction_set!(instruction_set, simd => solved.combine(simd, n, k, g, [bx, by]));
         Ok(())
     }
 }
@@ -334,7 +335,7 @@ mod tests {
             let mut vector = || -> Vec<f64> { (0..n).map(|_| entry()).collect() };
             let (gx, gy, bx, by) = (vector(), vector(), vector(), vector());
             let (mut x, mut y) = (bx.clone(), by.clone());
-            CyclicSolver::new(n).solve(Level::new(), &m, k, [&gx, &gy], [&mut x, &mut y]).unwrap();
+            CyclicSolver::new(n).solve(InstructionSet::new(), &m, k, [&gx, &gy], [&mut x, &mut y]).unwrap();
             let a = dense(&m, k, [&gx, &gy]);
             let b = DVector::from_fn(2 * n, |row, _| [&bx, &by][row % 2][row / 2]);
             let got = DVector::from_fn(2 * n, |row, _| [&x, &y][row % 2][row / 2]);
@@ -354,7 +355,7 @@ mod tests {
             let lowest = dense(&m, 0.0, [&zero, &zero]).symmetric_eigenvalues().min();
             prop_assume!(lowest.abs() > 1e-9);
             let (mut x, mut y) = (vec![1.0; n], vec![1.0; n]);
-            let solved = CyclicSolver::new(n).solve(Level::new(), &m, 0.0, [&zero, &zero], [&mut x, &mut y]);
+            let solved = CyclicSolver::new(n).solve(InstructionSet::new(), &m, 0.0, [&zero, &zero], [&mut x, &mut y]);
             prop_assert_eq!(solved.is_ok(), lowest > 0.0);
         }
     }

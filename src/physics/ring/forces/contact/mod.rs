@@ -10,14 +10,15 @@
 
 mod curvature;
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::parameters::ContactKind;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{LANES, load, padded, store};
-use crate::physics::walls::wall::{Asking, Edges, Shape, Touch, Walls};
-use fearless_simd::{Fallback, Level, f64x8, prelude::*};
+use crate::physics::walls::wall::{Asking, Edges, Obstacle, Touch, Walls};
+use fearless_simd::{Fallback, f64x8, prelude::*};
 use std::sync::Arc;
 
 /// How far a vertex may move before the list is made again, in sigma.
@@ -35,20 +36,20 @@ fn edges_at<S: Simd>(simd: S, ring: &Ring, i: usize, share: f64) -> Edges<S> {
     Edges { x, y, ex: (load(simd, &ring.x, i + 1) - x) * share, ey: (load(simd, &ring.y, i + 1) - y) * share }
 }
 
-/// Edges of the ring that a shape may touch before the list is made again.
+/// Edges of the ring that an obstacle may touch before the list is made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch<T> {
-    shape: T,
+    obstacle: T,
     /// First edge, a multiple of eight.
     start: usize,
     /// End, a multiple of eight.
     end: usize,
 }
 
-/// The load that one shape carries.
+/// The load that one obstacle carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// Which shape.
+    /// Which obstacle.
     pub id: u32,
     /// Where it acts on average, in local coordinates.
     pub at: [f64; 2],
@@ -65,7 +66,7 @@ pub struct ContactState {
     pub energy: f64,
     /// Deepest overlap `delta/2 - d`, in sigma.
     pub overlap: f64,
-    /// Loads, by the order of the shapes.
+    /// Loads, by the order of the obstacles.
     pub loads: Vec<Load>,
 }
 
@@ -74,7 +75,7 @@ pub trait WallContact: RingForce {
     /// Energy, overlap and loads at the present positions.
     fn state(&self, ring: &Ring) -> ContactState;
 
-    /// Where a shape lies inside the ring, if one does, in local coordinates.
+    /// Where an obstacle lies inside the ring, if one does, in local coordinates.
     fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]>;
 }
 
@@ -82,12 +83,12 @@ pub trait WallContact: RingForce {
 #[derive(Clone, Debug)]
 pub struct Contact<W: Walls> {
     walls: Arc<W>,
-    level: Level,
+    instruction_set: InstructionSet,
     /// k_w of each edge, zero in the padding.
     stiffness: Vec<f64>,
     /// Distance from a skeleton below which an edge touches: surface + delta/2.
     reach: f64,
-    stretches: Vec<Stretch<W::Shape>>,
+    stretches: Vec<Stretch<W::Obstacle>>,
     /// Distance that the fastest vertex may still go.
     slack: f64,
     list_origin: [f64; 2],
@@ -101,7 +102,14 @@ pub struct Contact<W: Walls> {
 
 impl<W: Walls> Contact<W> {
     /// Contact of a ring of `n_vertices`, each edge of stiffness `k_w`, with `walls`.
-    pub fn new(walls: Arc<W>, kind: ContactKind, n_vertices: usize, k_w: f64, delta: f64, level: Level) -> Self {
+    pub fn new(
+        walls: Arc<W>,
+        kind: ContactKind,
+        n_vertices: usize,
+        k_w: f64,
+        delta: f64,
+        instruction_set: InstructionSet,
+    ) -> Self {
         let mut stiffness = vec![0.0; padded(n_vertices)];
         stiffness[..n_vertices].fill(k_w);
         let reach = walls.surface() + 0.5 * delta;
@@ -111,10 +119,10 @@ impl<W: Walls> Contact<W> {
         };
         let (stretches, slack, list_origin) = (Vec::new(), f64::NEG_INFINITY, [f64::NAN; 2]);
         let pushes = vec![0.0; padded(n_vertices)];
-        Self { walls, level, stiffness, reach, stretches, slack, list_origin, share, pushes, holds: false }
+        Self { walls, instruction_set, stiffness, reach, stretches, slack, list_origin, share, pushes, holds: false }
     }
 
-    /// Makes the list of stretches that any shape could touch while no vertex moves further than the skin.
+    /// Makes the list of stretches that any obstacle could touch while no vertex moves further than the skin.
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
         self.slack = SKIN;
@@ -126,18 +134,18 @@ impl<W: Walls> Contact<W> {
         if !((x1 - x0) + (y1 - y0) < 1e3) {
             return;
         }
-        let mut near: Vec<W::Shape> = Vec::new();
-        self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |shape| near.push(shape));
-        near.sort_by_key(Shape::id);
+        let mut near: Vec<W::Obstacle> = Vec::new();
+        self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |obstacle| near.push(obstacle));
+        near.sort_by_key(Obstacle::id);
         let (stretches, blocks, share) = (&mut self.stretches, self.stiffness.len(), self.share);
-        on_level!(self.level, simd => {
-            for &shape in &near {
+        on_instruction_set!(self.instruction_set, simd => {
+            for &obstacle in &near {
                 let mut open = false;
                 for start in (0..blocks).step_by(LANES) {
-                    let distance = simd.distance(&shape, edges_at(simd, ring, start, share));
+                    let distance = simd.distance(&obstacle, edges_at(simd, ring, start, share));
                     let close = distance.simd_lt(f64x8::splat(simd, far)).any_true();
                     match (close, open) {
-                        (true, false) => stretches.push(Stretch { shape, start, end: start + LANES }),
+                        (true, false) => stretches.push(Stretch { obstacle, start, end: start + LANES }),
                         (true, true) => stretches.last_mut().into_iter().for_each(|s| s.end = start + LANES),
                         _ => {}
                     }
@@ -147,16 +155,16 @@ impl<W: Walls> Contact<W> {
         });
     }
 
-    /// How the edges `i..i + 8` touch a shape; the overlap of those that are held may be negative.
+    /// How the edges `i..i + 8` touch an obstacle; the overlap of those that are held may be negative.
     #[inline(always)]
-    fn touch<S: Asking>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
-        if self.holds { self.touch_or_hold(simd, shape, edges, i) } else { simd.touch(&shape, edges, self.reach) }
+    fn touch<S: Asking>(&self, simd: S, obstacle: W::Obstacle, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+        if self.holds { self.touch_or_hold(simd, obstacle, edges, i) } else { simd.touch(&obstacle, edges, self.reach) }
     }
 
     #[inline(always)]
-    fn touch_or_hold<S: Asking>(&self, simd: S, shape: W::Shape, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
+    fn touch_or_hold<S: Asking>(&self, simd: S, obstacle: W::Obstacle, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
         let zero = f64x8::splat(simd, 0.0);
-        let touch = simd.touch(&shape, edges, self.reach + HELD_WITHIN)?;
+        let touch = simd.touch(&obstacle, edges, self.reach + HELD_WITHIN)?;
         let held = load(simd, &self.pushes, i).simd_gt(zero) & touch.overlap.simd_gt(zero);
         let overlap = touch.overlap - HELD_WITHIN;
         Some(Touch { overlap: held.select(overlap, overlap.max(zero)), ..touch })
@@ -167,7 +175,7 @@ impl<W: Walls> Contact<W> {
     fn has_lost<S: Asking>(&self, simd: S, ring: &Ring) -> bool {
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
-                let touch = self.touch_or_hold(simd, stretch.shape, edges_at(simd, ring, i, self.share), i);
+                let touch = self.touch_or_hold(simd, stretch.obstacle, edges_at(simd, ring, i, self.share), i);
                 if let Some(touch) = touch
                     && touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true()
                 {
@@ -185,7 +193,7 @@ impl<W: Walls> Contact<W> {
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
-                let Some(touch) = simd.touch(&stretch.shape, edges, self.reach) else { continue };
+                let Some(touch) = simd.touch(&stretch.obstacle, edges, self.reach) else { continue };
                 let push = load(simd, &self.stiffness, i) * touch.overlap;
                 store(load(simd, &self.pushes, i) + push, &mut self.pushes, i);
             }
@@ -198,7 +206,7 @@ impl<W: Walls> Contact<W> {
             let mut i = stretch.start;
             while i < stretch.end {
                 if let Some(Touch { q, overlap, nx, ny }) =
-                    self.touch(simd, stretch.shape, edges_at(simd, ring, i, self.share), i)
+                    self.touch(simd, stretch.obstacle, edges_at(simd, ring, i, self.share), i)
                 {
                     let push = load(simd, &self.stiffness, i) * overlap;
                     let (fx, fy) = (push * nx, push * ny);
@@ -217,16 +225,16 @@ impl<W: Walls> Contact<W> {
         for stretch in &self.stretches {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
-                let Some(touch) = self.touch(simd, stretch.shape, edges, i) else { continue };
+                let Some(touch) = self.touch(simd, stretch.obstacle, edges, i) else { continue };
                 let touch = Touch { q: touch.q * self.share, ..touch };
                 let curvature = match parts {
                     Parts::All => {
-                        stretch.shape.curvature(simd, edges.x + touch.q * edges.ex, edges.y + touch.q * edges.ey)
+                        stretch.obstacle.curvature(simd, edges.x + touch.q * edges.ex, edges.y + touch.q * edges.ey)
                     }
                     Parts::Positive => f64x8::splat(simd, 0.0),
                 };
                 let k_w = load(simd, &self.stiffness, i);
-                curvature::second_derivatives(simd, edges, touch, k_w, curvature, W::Shape::LEVEL)
+                curvature::second_derivatives(simd, edges, touch, k_w, curvature, W::Obstacle::LEVEL)
                     .add_to(simd, stiffness, i);
             }
         }
@@ -262,7 +270,7 @@ impl<W: Walls> RingForce for Contact<W> {
     }
 
     fn add(&self, ring: &mut Ring) {
-        on_level!(self.level, simd => self.add_with(simd, ring));
+        on_instruction_set!(self.instruction_set, simd => self.add_with(simd, ring));
     }
 
     fn energy(&self, ring: &Ring) -> f64 {
@@ -270,11 +278,11 @@ impl<W: Walls> RingForce for Contact<W> {
     }
 
     fn settled(&mut self, ring: &Ring) {
-        on_level!(self.level, simd => self.note_pushes(simd, ring));
+        on_instruction_set!(self.instruction_set, simd => self.note_pushes(simd, ring));
     }
 
     fn hold(&mut self, ring: &Ring) -> bool {
-        self.holds = on_level!(self.level, simd => self.has_lost(simd, ring));
+        self.holds = on_instruction_set!(self.instruction_set, simd => self.has_lost(simd, ring));
         self.holds
     }
 
@@ -297,7 +305,7 @@ impl<W: Walls> RingForce for Contact<W> {
     }
 
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
-        on_level!(self.level, simd => self.add_stiffness_with(simd, ring, parts, stiffness));
+        on_instruction_set!(self.instruction_set, simd => self.add_stiffness_with(simd, ring, parts, stiffness));
     }
 }
 
@@ -306,10 +314,10 @@ impl<W: Walls> WallContact for Contact<W> {
         let simd = Fallback::new();
         let mut state = ContactState::default();
         for stretch in &self.stretches {
-            let id = stretch.shape.id();
+            let id = stretch.obstacle.id();
             for start in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, start, self.share);
-                let Some(touch) = simd.touch(&stretch.shape, edges, self.reach) else { continue };
+                let Some(touch) = simd.touch(&stretch.obstacle, edges, self.reach) else { continue };
                 for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
                     let overlap = touch.overlap.as_slice()[lane];
                     if overlap <= 0.0 {
@@ -332,15 +340,15 @@ impl<W: Walls> WallContact for Contact<W> {
     fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
         let [x0, x1, y0, y1] = ring.bounds();
         let mut found = None;
-        self.walls.for_each_near(ring.origin, [x0, x1, y0, y1], |shape| {
-            let inside = shape.heart().filter(|&[x, y]| ring.contains(x, y));
+        self.walls.for_each_near(ring.origin, [x0, x1, y0, y1], |obstacle| {
+            let inside = obstacle.heart().filter(|&[x, y]| ring.contains(x, y));
             found = found.or(inside);
         });
         found
     }
 }
 
-/// Adds the push of one edge to the load of shape `id`; `at` is summed with the push as weight until it is finished.
+/// Adds the push of one edge to the load of obstacle `id`; `at` is summed with the push as weight until it is finished.
 fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
     if loads.last().is_none_or(|load| load.id != id) {
         loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
@@ -378,7 +386,7 @@ mod tests {
     }
 
     fn contact(discs: &Arc<ObstacleArray>, n: usize) -> Contact<ObstacleArray> {
-        Contact::new(discs.clone(), ContactKind::Edge, n, 100.0, 0.0123, Level::new())
+        Contact::new(discs.clone(), ContactKind::Edge, n, 100.0, 0.0123, InstructionSet::new())
     }
 
     #[test]

@@ -13,12 +13,13 @@ mod crossing;
 
 pub use crossing::crosses;
 
-use crate::on_level;
+use crate::on_instruction_set;
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::RingForce;
+use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{LANES, load, padded, store, sum_lanes};
 use apart::{Apart, WAY, places_within};
-use fearless_simd::{Fallback, Level, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Fallback, f64x8, mask64x8, prelude::*};
 
 /// Eight vertices and an edge that may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +31,7 @@ struct Pair {
 /// The self-contact effect and its list of pairs.
 #[derive(Clone, Debug)]
 pub struct SelfContact {
-    level: Level,
+    instruction_set: InstructionSet,
     stiffness: f64,
     delta: f64,
     apart: Apart,
@@ -51,11 +52,17 @@ pub struct SelfContact {
 
 impl SelfContact {
     /// Repulsion of total stiffness `N_v k` within `delta`.
-    pub fn new(n_vertices: usize, total_stiffness: f64, delta: f64, apart: Apart, level: Level) -> Self {
+    pub fn new(
+        n_vertices: usize,
+        total_stiffness: f64,
+        delta: f64,
+        apart: Apart,
+        instruction_set: InstructionSet,
+    ) -> Self {
         let place = |i: usize| if i < n_vertices { i as f64 } else { f64::NAN };
         let nowhere = vec![f64::INFINITY; n_vertices];
         Self {
-            level,
+            instruction_set,
             stiffness: total_stiffness / n_vertices as f64,
             delta,
             apart,
@@ -83,7 +90,7 @@ impl SelfContact {
         let far = self.delta + skin;
         let mut pairs = std::mem::take(&mut self.pairs);
         pairs.clear();
-        on_level!(self.level, simd => {
+        on_instruction_set!(self.instruction_set, simd => {
             for (a, vertices) in boxes.iter().enumerate() {
                 for (b, edges) in boxes.iter().enumerate() {
                     let apart =
@@ -241,7 +248,7 @@ impl RingForce for SelfContact {
     }
 
     fn add(&self, ring: &mut Ring) {
-        on_level!(self.level, simd => self.add_with(simd, ring));
+        on_instruction_set!(self.instruction_set, simd => self.add_with(simd, ring));
     }
 
     fn energy(&self, ring: &Ring) -> f64 {
@@ -273,10 +280,10 @@ mod tests {
 
     #[test]
     fn a_round_ring_has_no_pairs_and_a_pinched_one_has() {
-        let mut effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, Level::new());
+        let mut effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, InstructionSet::new());
         effect.moved(0.0, &Ring::regular(100, [0.0, 0.0], 0.5));
         assert!(!effect.acts());
-        effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, Level::new());
+        effect = SelfContact::new(100, 4e3, 0.0123, Apart::Way, InstructionSet::new());
         effect.moved(0.0, &dumb_bell(100, 0.005));
         assert!(effect.acts());
         assert!(effect.energy(&dumb_bell(100, 0.005)) > 0.0);
@@ -296,13 +303,13 @@ mod tests {
         }
         crowd.close();
         check_gradient(&crowd, Apart::Places);
-        let mut effect = SelfContact::new(96, 4e3, 0.0123, Apart::Way, Level::new());
+        let mut effect = SelfContact::new(96, 4e3, 0.0123, Apart::Way, InstructionSet::new());
         effect.moved(0.0, &crowd);
         assert!(effect.energy(&crowd) == 0.0, "a crowd is no fold");
     }
 
     fn check_gradient(ring: &Ring, apart: Apart) {
-        let mut effect = SelfContact::new(96, 4e3, 0.0123, apart, Level::new());
+        let mut effect = SelfContact::new(96, 4e3, 0.0123, apart, InstructionSet::new());
         effect.moved(0.0, ring);
         let mut pushed = ring.clone();
         effect.add(&mut pushed);

@@ -1,7 +1,7 @@
 //! Shapes of droplets, and whatever else a picture of a job needs: its story and its path.
 
 use crate::parameters::JobId;
-use crate::results::outline::ShapeRecord;
+use crate::results::outline::Outline;
 use crate::store::read::corrupt;
 use crate::store::{StoreError, database, open_reading, samples_table};
 use rusqlite::{Connection, OptionalExtension, Row, params};
@@ -25,14 +25,14 @@ pub struct JobStory {
 }
 
 /// Replaces the shapes of a job.
-pub(super) fn save_shapes<'a>(
+pub(super) fn save_outlines<'a>(
     conn: &Connection,
     job: i64,
-    shapes: impl IntoIterator<Item = &'a ShapeRecord>,
+    outlines: impl IntoIterator<Item = &'a Outline>,
 ) -> rusqlite::Result<()> {
     conn.prepare_cached("DELETE FROM shape_rows WHERE job = ?1")?.execute([job])?;
     let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO shape_rows VALUES (?1, ?2, ?3, ?4)")?;
-    for ShapeRecord { t, x, y, loads } in shapes {
+    for Outline { t, x, y, loads } in outlines {
         let vertices: Vec<u8> = x.iter().chain(y).flat_map(|c| c.to_le_bytes()).collect();
         let loads = serde_json::to_string(loads).expect("loads hold only plain numbers");
         insert.execute(params![job, t, vertices, loads])?;
@@ -44,28 +44,28 @@ pub(super) fn save_shapes<'a>(
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; [`StoreError::Corrupt`] for a row that is no shape.
-pub fn shapes(dir: &Path, id: JobId) -> Result<Vec<ShapeRecord>, StoreError> {
+pub fn outlines(dir: &Path, id: JobId) -> Result<Vec<Outline>, StoreError> {
     let conn = open(dir)?;
-    let read = || -> rusqlite::Result<Vec<Option<ShapeRecord>>> {
+    let read = || -> rusqlite::Result<Vec<Option<Outline>>> {
         let mut statement = conn.prepare(
             "SELECT t, vertices, loads FROM shape_rows JOIN jobs ON jobs.key = shape_rows.job
              WHERE job_id = ?1 ORDER BY t",
         )?;
-        statement.query_map([id.to_string()], shape)?.collect()
+        statement.query_map([id.to_string()], outline)?.collect()
     };
     let rows = read().map_err(StoreError::sql(&database(dir)))?;
-    let shapes: Option<Vec<_>> = rows.into_iter().collect();
-    shapes.ok_or_else(|| corrupt(id, "its shape cannot be read".to_owned()))
+    let outlines: Option<Vec<_>> = rows.into_iter().collect();
+    outlines.ok_or_else(|| corrupt(id, "its outline cannot be read".to_owned()))
 }
 
 /// The shape of a row; `None` if it is none.
-fn shape(row: &Row<'_>) -> rusqlite::Result<Option<ShapeRecord>> {
+fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
     let (t, vertices, loads) = (row.get(0)?, row.get_ref(1)?.as_blob()?, row.get_ref(2)?.as_str()?);
     let (numbers, rest) = vertices.as_chunks::<8>();
     let mut x: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
     let y = x.split_off(x.len() / 2);
     let loads = serde_json::from_str(loads).ok();
-    Ok(loads.map(|loads| ShapeRecord { t, x, y, loads }).filter(|shape| rest.is_empty() && shape.is_sound()))
+    Ok(loads.map(|loads| Outline { t, x, y, loads }).filter(|outline| rest.is_empty() && outline.is_sound()))
 }
 
 /// How the job went, or `None` if it has not ended or is unknown.
