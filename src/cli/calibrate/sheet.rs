@@ -45,7 +45,8 @@ impl Error for BadFrames {}
 pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {
     let (mut sheets, mut errors, mut seen) = (Vec::new(), Vec::new(), HashSet::new());
     for path in paths {
-        match frames::load(path) {
+        let bytes = std::fs::read(path).map_err(|source| FramesError::Unreadable { path: path.clone(), source });
+        match bytes.and_then(|bytes| frames::parse(&path.display().to_string(), bytes)) {
             Ok(trials) => {
                 let [csv, svg, png] = ["fit.csv", "fit.svg", "fit.png"].map(|kind| path.with_extension(kind));
                 sheets.push(Sheet { path: path.clone(), trials, csv, svg, png });
@@ -98,9 +99,9 @@ impl Sheet {
     }
 }
 
-fn series(trial: &Trial, fit: &TrialFit, name: &str) -> profile_plot::Series {
+fn series(trial: &Trial, fit: &TrialFit, name: &str) -> profile_plot::TrialPlot {
     let Profile { h, v_g, shape } = fit.profile.as_ref();
-    profile_plot::Series {
+    profile_plot::TrialPlot {
         name: format!(
             "{name}: gamma* = {:.4}, b0* = {:.4}, Delta_v = {:.4}, Delta_A = {:.4}",
             fit.parameters.gamma, fit.parameters.b0, fit.deviation.v_g, fit.deviation.shape

@@ -1,8 +1,9 @@
 //! Observed orders of convergence, and how far the finest value still is from the limit.
 //!
 //! On a ladder of constant ratio `q = h_k/h_{k+1}` a value `y(h) = y_0 + C h^p` has differences of neighbours
-//! `y_k - y_{k+1} = C h_k^p (1 - q^-p)`: in logarithms a straight line of slope p, whatever y_0. A fit of the errors against the finest value
-//! would be steeper than p, for that value has an error too. Against an exact value the errors themselves are fitted.
+//! `y_k - y_{k+1} = C h_k^p (1 - q^-p)`: in logarithms a straight line of slope p, whatever y_0. A fit of the errors against
+//! the finest value would be steeper than p, because that value has an error too. Where an exact value is known, the errors
+//! against it are fitted.
 //!
 //! ```
 //! use meniscus::study::accuracy::order::Order;
