@@ -67,7 +67,8 @@ impl LogAxis {
         (libm::log10(value) - self.low) / (self.high - self.low)
     }
 
-    /// 1, 2 and 5 times powers of ten. Over more than three decades only powers of ten, over more than eight not all of them.
+    /// 1, 2 and 5 times powers of ten. Over more than three decades only powers of ten, over more than eight not all of
+    /// them.
     pub(super) fn ticks(&self) -> Vec<f64> {
         let decades = self.low.floor() as i32..=self.high.ceil() as i32;
         let every = ((self.high - self.low) / 8.0).ceil().max(1.0) as i32;

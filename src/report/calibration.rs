@@ -21,9 +21,9 @@ const MANY: &str = "\
 std, 95%   standard deviation over the trials, and interval of their mean by Student's t
 ";
 
-/// The table of a calibration; `names` are those of its trials with their numbers of frames. `weighed` says whether frames
-/// have errors.
-pub fn table(calibration: &Calibration, names: &[(String, usize)], weighed: bool) -> String {
+/// The table of a calibration; `names` are those of its trials with their numbers of frames. `weighed` says whether
+/// frames have errors.
+pub(crate) fn table(calibration: &Calibration, names: &[(String, usize)], weighed: bool) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     for ((name, frames), fit) in names.iter().zip(&calibration.fits) {
         let (parameters, deviation) = (fit.parameters, fit.deviation);

@@ -21,7 +21,7 @@ const FRAME: f64 = 16.0;
 
 /// What a picture needs besides the outline and the view.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture<'a> {
+pub(crate) struct Picture<'a> {
     /// The walls.
     pub surroundings: &'a Surroundings,
     /// Path of the centroid, `[t, x, y]`, by time.
@@ -32,7 +32,7 @@ pub struct Picture<'a> {
 
 impl Picture<'_> {
     /// The picture of one outline, a whole SVG document.
-    pub fn svg(&self, outline: &Outline, view: &View) -> String {
+    pub(crate) fn svg(&self, outline: &Outline, view: &View) -> String {
         let [width, height] = view.size();
         let scene = [
             self.surroundings.draw(view, outline),

@@ -22,7 +22,7 @@ const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
 const RING: &str = "fill=\"none\" stroke=\"black\"";
 
 /// The plot as SVG.
-pub fn svg(fronts: &[ParetoFront]) -> String {
+pub(crate) fn svg(fronts: &[ParetoFront]) -> String {
     let rows = fronts.len().div_ceil(2).max(1);
     let (width, height) = (2.0 * PANEL[0], rows as f64 * PANEL[1] + LEGEND);
     let mut out = String::new();

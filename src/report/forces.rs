@@ -1,7 +1,7 @@
 //! The forces on a droplet as arrows.
 //!
-//! An arrow ends where an obstacle pushes and is as long as the force is strong. The dark one is the weight of the droplet on
-//! the same scale, so at a clog the red ones add up to its opposite.
+//! An arrow ends where an obstacle pushes and is as long as the force is strong. The dark one is the weight of the
+//! droplet on the same scale, so at a clog the red ones add up to its opposite.
 
 use crate::parameters::MASS;
 use crate::report::colours::{FORCE, WEIGHT};

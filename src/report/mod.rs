@@ -1,5 +1,5 @@
-//! Answers for people: text tables, pictures of droplets, plots, pages. Functions return text or bytes; nothing is printed
-//! and no file is written here.
+//! Answers for people: text tables, pictures of droplets, plots, pages. Functions return text or bytes; nothing is
+//! printed and no file is written here.
 //!
 //! This layer knows parameters, results, physics (to make the walls of a scene again), studies and the store.
 //!
@@ -11,27 +11,27 @@
 //! | a droplet at one instant | `droplet`: `surroundings`, `trail`, `forces`, `signs`, `caption`, placed by `view` |
 //! | pixels | `raster` for PNG, `animation` for GIF |
 //!
-//! Four modules are shared by all: `rounding` formats numbers, `text_table` tables, `svg` the elements of pictures, and
-//! `panel` and `axes` are what plots are made of. Read [`tables`] first, then `droplet`.
+//! All share `rounding`, which formats numbers, `text_table`, which lays out tables, and `svg`, the elements of
+//! pictures. Plots are made of `panel` and `axes`. Read [`tables`] first, then `droplet`.
 
 pub mod accuracy;
-pub mod animation;
+pub(crate) mod animation;
 mod axes;
-pub mod calibration;
-pub mod caption;
+pub(crate) mod calibration;
+pub(crate) mod caption;
 mod colours;
-pub mod droplet;
-pub mod error_plot;
+pub(crate) mod droplet;
+pub(crate) mod error_plot;
 mod forces;
 mod panel;
 mod parameters;
-pub mod profile_plot;
-pub mod raster;
+pub(crate) mod profile_plot;
+pub(crate) mod raster;
 mod rounding;
 mod signs;
-pub mod surroundings;
+pub(crate) mod surroundings;
 mod svg;
 pub mod tables;
 mod text_table;
 mod trail;
-pub mod view;
+pub(crate) mod view;

@@ -16,7 +16,7 @@ const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9
 
 /// What a plot shows of one trial.
 #[derive(Clone, Debug, Default)]
-pub struct TrialPlot {
+pub(crate) struct TrialPlot {
     /// What the legend calls it.
     pub name: String,
     /// Frames: h, v_g, shape.
@@ -26,7 +26,7 @@ pub struct TrialPlot {
 }
 
 /// The plot as SVG: v_g(h) above, shape(h) below, on the range of h that the frames cover.
-pub fn svg(title: &str, trials: &[TrialPlot]) -> String {
+pub(crate) fn svg(title: &str, trials: &[TrialPlot]) -> String {
     let [width, height] = SIZE;
     let mut out = text([MARGINS[0], 20.0], 13.0, "start", "font-weight=\"bold\"", title);
     let h = LinearAxis::over(trials.iter().flat_map(|trial| trial.frames.iter().map(|frame| frame[0])));

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 /// A picture that could not be turned into pixels.
 #[derive(Debug, thiserror::Error)]
-pub enum RasterError {
+pub(crate) enum RasterError {
     /// The document is not SVG.
     #[error("the picture is not valid SVG ({0}); please report it, and use -o FILE.svg meanwhile")]
     Svg(#[from] resvg::usvg::Error),
@@ -35,7 +35,7 @@ fn fonts() -> Arc<Database> {
 ///
 /// # Errors
 /// [`RasterError`].
-pub fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
+pub(crate) fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
     let tree = Tree::from_str(svg, &Options { fontdb: fonts(), ..Options::default() })?;
     let size = tree.size();
     let [width, height] = [size.width(), size.height()].map(|side| (side * zoom).round() as u32);
@@ -50,6 +50,6 @@ pub fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
 ///
 /// # Errors
 /// [`RasterError`].
-pub fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, RasterError> {
+pub(crate) fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, RasterError> {
     pixels(svg, zoom)?.encode_png().map_err(|error| RasterError::Packing(error.to_string()))
 }

@@ -9,9 +9,10 @@ use crate::report::view::View;
 use crate::results::outline::{LoadRecord, Outline};
 use crate::results::trajectory::Failure;
 
-/// The walls of a scene. A new scene takes a new variant, which [`Surroundings::of`] makes and [`Surroundings::draw`] draws.
+/// The walls of a scene. A new scene takes a new variant, which [`Surroundings::of`] makes and [`Surroundings::draw`]
+/// draws.
 #[derive(Debug)]
-pub enum Surroundings {
+pub(crate) enum Surroundings {
     /// Discs in a periodic box.
     Discs(ObstacleArray),
     /// Two wedges.
@@ -25,7 +26,7 @@ impl Surroundings {
     ///
     /// # Errors
     /// If the scene cannot be made; its run failed for the same reason.
-    pub fn of(point: &Point, seed: u64) -> Result<Self, Failure> {
+    pub(crate) fn of(point: &Point, seed: u64) -> Result<Self, Failure> {
         match &point.scene {
             Scene::Obstacles(field) => ObstacleArray::generate(field, seed).map(Self::Discs),
             Scene::Channel(channel) => Ok(Self::Wedges(channel.clone())),
@@ -102,6 +103,7 @@ fn draw_discs(array: &ObstacleArray, view: &View, outline: &Outline) -> String {
     let width = (0.006 * view.scale).clamp(0.2, 1.2);
     let drawn: String = discs.iter().map(draw).collect();
     format!(
-        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n{drawn}</g>\n"
+        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n\
+         {drawn}</g>\n"
     )
 }

@@ -55,6 +55,7 @@ mod tests {
         let rows = vec![owned(["*", "1"])];
         let table = TextTable { title: "T".to_owned(), headers: owned(["", "<v_g>"]), rows, names: 0 };
         assert_eq!(table.markdown(), "**T**\n\n|  | &lt;v_g> |\n|---:|---:|\n| \\* | 1 |\n\n");
-        assert_eq!(table.text(), "T\n───────────\n     <v_g>\n───────────\n *       1\n───────────\n");
+        let lines = ["T", "───────────", "     <v_g> ", "───────────", " *       1 ", "───────────", ""];
+        assert_eq!(table.text(), lines.join("\n"));
     }
 }

@@ -1,7 +1,7 @@
 //! What part of the world a picture shows, and where in it a point of the world is drawn.
 //!
-//! The picture is the world turned by a quarter, so that droplets fall: gravity, which is +x, points down, and +y points
-//! right.
+//! The picture is the world turned by a quarter, so that droplets fall: gravity, which is +x, points down, and +y
+//! points right.
 
 use crate::results::outline::Outline;
 
@@ -22,7 +22,7 @@ const LARGEST_SCALE: f64 = 200.0;
 
 /// A window on the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// x of the upper edge.
     pub top: f64,
     /// y of the left edge.
@@ -52,14 +52,14 @@ impl View {
     }
 
     /// A window around the droplet, with more room where it came from.
-    pub fn around(outline: &Outline) -> Self {
+    pub(crate) fn around(outline: &Outline) -> Self {
         let [x0, x1, y0, y1] = bounds(outline);
         let [above, below, beside] = MARGINS;
         Self::on([x0 - above, x1 + below, y0 - beside, y1 + beside])
     }
 
     /// A window on the whole path `[t, x, y]` and all droplets.
-    pub fn whole(path: &[[f64; 3]], outlines: &[Outline]) -> Self {
+    pub(crate) fn whole(path: &[[f64; 3]], outlines: &[Outline]) -> Self {
         let points = path.iter().map(|&[_, x, y]| [x, x, y, y]);
         let all = points
             .chain(outlines.iter().map(bounds))
@@ -69,7 +69,7 @@ impl View {
     }
 
     /// Windows of one size, one for each outline, with the droplet in the middle.
-    pub fn following(outlines: &[Outline]) -> Vec<Self> {
+    pub(crate) fn following(outlines: &[Outline]) -> Vec<Self> {
         let views: Vec<Self> = outlines.iter().map(Self::around).collect();
         let width = views.iter().fold(0.0_f64, |width, view| width.max(view.width));
         let height = views.iter().fold(0.0_f64, |height, view| height.max(view.height));
@@ -83,17 +83,17 @@ impl View {
     }
 
     /// Where the point (x, y) of the world is drawn.
-    pub fn place(&self, x: f64, y: f64) -> [f64; 2] {
+    pub(crate) fn place(&self, x: f64, y: f64) -> [f64; 2] {
         [(y - self.left) * self.scale, (x - self.top) * self.scale]
     }
 
     /// Size in pixels.
-    pub fn size(&self) -> [f64; 2] {
+    pub(crate) fn size(&self) -> [f64; 2] {
         [(self.width * self.scale).round(), (self.height * self.scale).round()]
     }
 
     /// The box `[x_min, x_max, y_min, y_max]` that it shows.
-    pub fn bounds(&self) -> [f64; 4] {
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         [self.top, self.top + self.height, self.left, self.left + self.width]
     }
 }

@@ -3,8 +3,8 @@
 //! A few dozen halvings cost nothing here, and the answer is the same on every machine: this is why no solver with a
 //! tolerance is used.
 
-/// Halves `[a, b]`, at whose ends `f` has different signs, until no number lies between; the sign changes from the first
-/// number returned to the second.
+/// Halves `[a, b]`, at whose ends `f` has different signs, until no number lies between; the sign changes from the
+/// first number returned to the second.
 pub(super) fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> [f64; 2] {
     let sign = f(a) > 0.0;
     loop {

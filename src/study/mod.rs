@@ -12,8 +12,8 @@
 //! | [`accuracy`] | how wrong are the numbers, and what does a better one cost? |
 //! | [`calibrate`] | which line tension and near-wall drag has a droplet that was filmed? |
 //!
-//! Read [`survival`] first. Every answer depends on its runs alone, not on their order nor on the number of threads: runs
-//! are sorted first, and the bootstrap draws from ChaCha8 with a fixed seed.
+//! Read [`survival`] first. Every answer depends on its runs alone, not on their order nor on the number of threads:
+//! runs are sorted first, and the bootstrap draws from ChaCha8 with a fixed seed.
 
 pub mod accuracy;
 mod bisection;

@@ -11,8 +11,9 @@
 //! | studentised (used) | 95% | 94% | 94% |
 //!
 //! Each resample gives `t* = (its mean - mean)/(its standard error)`, and with the quantiles of t* the interval is
-//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, where e is the standard error of the mean. A resample that repeats one value
-//! has no t*. If more than 1% of the resamples are such, as is the case for four values or fewer, there is no interval.
+//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, where e is the standard error of the mean. A resample that repeats one
+//! value has no t*. If more than 1% of the resamples are such, as is the case for four values or fewer, there is no
+//! interval.
 
 use crate::parameters::Model;
 use crate::results::fits::{PointRuns, SpeedAverage};
@@ -78,7 +79,8 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     }
 }
 
-/// The 95% interval of the mean by the studentised bootstrap; `None` if there are fewer than five values or most are equal.
+/// The 95% interval of the mean by the studentised bootstrap; `None` if there are fewer than five values or most are
+/// equal.
 fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
     if values.len() < FEWEST_RUNS {
         return None;

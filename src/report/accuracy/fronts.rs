@@ -6,7 +6,8 @@ use crate::study::accuracy::front::{ParetoFront, Spot};
 
 /// What the columns of fronts mean.
 pub(super) const FRONT_NOTE: &str = "\
-error   largest error of the headline observables against the finest ring, with the error of that ring and two standard errors added
+error   largest error of the headline observables against the finest ring, with the error of that ring and two standard
+        errors added
 *       on the front: nothing measured is faster and as accurate (within 2%)
 ";
 

@@ -8,13 +8,13 @@ use crate::study::accuracy::records::Difference;
 
 /// What the columns of ladders mean.
 pub(super) const LADDER_NOTE: &str = "\
-error   distance of the value before it from the exact value, or from the value of the finest rung; relative, but in V_t for slowest
-        and in sigma for h at rest; +- is its standard error over the arrays, which are the same on every rung. For lambda that is
-        at least 1.5/n of n arrays, because what none of n droplets does, up to 3 in n may do
-left    what the finest rung itself is still off by: from the order, or the last difference where the order is not clear; for lambda
-        two standard errors are added
-order   p of error ~ h^p, from the differences of neighbouring rungs (h = dt, 1/n_vertices, 1/e_w, ...); in brackets the range from
-        pair to pair
+error   distance of the value before it from the exact value, or from the value of the finest rung; relative, but in V_t
+        for slowest and in sigma for h at rest; +- is its standard error over the arrays, which are the same on every
+        rung. For lambda that is at least 1.5/n of n arrays: up to 3 in n droplets may do what none of n did
+left    what the finest rung itself is still off by: from the order, or the last difference where the order is not
+        clear; for lambda two standard errors are added
+order   p of error ~ h^p, from the differences of neighbouring rungs (h = dt, 1/n_vertices, 1/e_w, ...); in brackets the
+        range from pair to pair
 stat.   standard error of one value over its arrays: the error of having few runs, beside that of coarse rungs
 ";
 

@@ -5,7 +5,7 @@ mod fronts;
 mod ladders;
 mod page;
 
-pub use crate::report::accuracy::page::{Origin, page};
+pub(crate) use crate::report::accuracy::page::{Origin, page};
 
 use crate::report::accuracy::findings::findings;
 use crate::report::accuracy::fronts::{FRONT_NOTE, front};

@@ -18,8 +18,8 @@ pub struct Spot {
     pub step: f64,
     /// Milliseconds per t0, on one thread.
     pub ms_per_t0: f64,
-    /// The largest error of a headline observable, with what is not resolved added, and the name of that observable; `None`
-    /// where a value is missing.
+    /// The largest error of a headline observable, with what is not resolved added, and the name of that observable;
+    /// `None` where a value is missing.
     pub error: Option<(f64, &'static str)>,
     /// Why a value is missing, if one is.
     pub excuse: String,
@@ -69,12 +69,12 @@ impl ParetoFront {
     }
 
     /// The setting that campaigns take by default, if it was measured.
-    pub fn default(&self) -> Option<&Spot> {
+    pub(crate) fn default(&self) -> Option<&Spot> {
         self.spots.iter().find(|spot| spot.setting == self.default)
     }
 
     /// The fastest setting that is as accurate as the default, within 2%.
-    pub fn instead_of_default(&self) -> Option<&Spot> {
+    pub(crate) fn instead_of_default(&self) -> Option<&Spot> {
         let (error, _) = self.default()?.error?;
         self.spots.iter().find(|spot| spot.error.is_some_and(|(other, _)| other <= (1.0 + VISIBLE) * error))
     }
@@ -82,13 +82,9 @@ impl ParetoFront {
 
 /// The largest error of a headline observable, and its name.
 ///
-/// Against an exact value the error is the distance from it. Against the finest ring it is the distance from that ring, plus
-/// what the ring itself is off by, plus two standard errors of the distance where there are several seeds.
-fn largest_error(
-    one: &PointRecords,
-    reference: &PointRecords,
-    headlines: &[&Column],
-) -> Option<(f64, &'static str)> {
+/// Against an exact value the error is the distance from it. Against the finest ring it is the distance from that ring,
+/// plus what the ring itself is off by, plus two standard errors of the distance where there are several seeds.
+fn largest_error(one: &PointRecords, reference: &PointRecords, headlines: &[&Column]) -> Option<(f64, &'static str)> {
     let error = |column: &&Column| {
         let observable = column.observable;
         let error = match observable.exact {
@@ -103,7 +99,8 @@ fn largest_error(
     headlines.iter().map(error).collect::<Option<Vec<_>>>()?.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Marks the settings on the front, of settings that get slower and slower: each must be visibly better than all before it.
+/// Marks the settings on the front, of settings that get slower and slower: each must be visibly better than all before
+/// it.
 fn mark(spots: &mut [Spot]) {
     let mut best = f64::INFINITY;
     for spot in spots {

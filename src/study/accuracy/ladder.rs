@@ -27,11 +27,11 @@ pub enum Knob {
 
 impl Knob {
     /// All of them.
-    pub const ALL: [Self; 7] =
+    pub(crate) const ALL: [Self; 7] =
         [Self::NVertices, Self::Dt, Self::Implicit, Self::Kappa, Self::Eps, Self::EW, Self::EkThreshold];
 
     /// The last part of the names of its blocks.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::NVertices => "n_vertices",
             Self::Dt => "dt",
@@ -44,17 +44,17 @@ impl Knob {
     }
 
     /// The knob of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|knob| knob.name() == name)
     }
 
     /// Whether it decides what a step is and costs; the other knobs belong to the model.
-    pub const fn is_setting(self) -> bool {
+    pub(crate) const fn is_setting(self) -> bool {
         matches!(self, Self::NVertices | Self::Dt | Self::Implicit)
     }
 
     /// Its value at a point.
-    pub fn value(self, point: &Point) -> f64 {
+    pub(crate) fn value(self, point: &Point) -> f64 {
         let ring = |of: fn(&Deformable) -> f64| match &point.model {
             Model::Deformable(ring) => of(ring),
             Model::Soft(_) => f64::NAN,
@@ -73,7 +73,7 @@ impl Knob {
     }
 
     /// The number that falls to zero as the knob gets finer.
-    pub fn h(self, point: &Point) -> f64 {
+    pub(crate) fn h(self, point: &Point) -> f64 {
         match self {
             Self::NVertices | Self::EW => 1.0 / self.value(point),
             Self::Dt | Self::Implicit | Self::Kappa | Self::Eps | Self::EkThreshold => self.value(point),
@@ -106,14 +106,14 @@ pub struct Column {
     /// The order at which it converges.
     pub order: Option<Order>,
     /// What the finest rung itself is still off by, in the unit of the errors. It comes from the order, or is the last
-    /// difference where the order is not clear; two standard errors are added for an observable that can jump. It is 0 where
-    /// errors are against the exact value.
+    /// difference where the order is not clear; two standard errors are added for an observable that can jump. It is 0
+    /// where errors are against the exact value.
     pub left_over: Option<f64>,
 }
 
 impl Ladder {
     /// Judges points that vary `knob`.
-    pub fn of(scene: TestScene, knob: Knob, mut rungs: Vec<PointRecords>) -> Self {
+    pub(crate) fn of(scene: TestScene, knob: Knob, mut rungs: Vec<PointRecords>) -> Self {
         rungs.sort_by(|a, b| knob.h(&b.point).total_cmp(&knob.h(&a.point)));
         // Every threshold has its own time to rest, so these cannot be compared.
         let compared = |observable: &&Observable| knob != Knob::EkThreshold || observable.name != "time to rest";
@@ -122,7 +122,7 @@ impl Ladder {
     }
 
     /// The finest rung.
-    pub fn reference(&self) -> Option<&PointRecords> {
+    pub(crate) fn reference(&self) -> Option<&PointRecords> {
         self.rungs.last()
     }
 }

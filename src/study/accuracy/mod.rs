@@ -1,13 +1,13 @@
-//! What accuracy costs: from the runs of an accuracy campaign to errors, observed orders, and the front of error against
-//! time.
+//! What accuracy costs: from the runs of an accuracy campaign to errors, observed orders, and the front of error
+//! against time.
 //!
-//! A block named `SCENE.KNOB` is a [`Ladder`]: its points vary one knob, and errors are taken against its finest rung, or
-//! against the exact value where one is known. A block `SCENE.settings` varies several keys at once and counts for the
-//! [`front`] alone, where every setting of N_v, dt and integrator is held against the finest ring of the scene.
+//! A block named `SCENE.KNOB` is a [`Ladder`]: its points vary one knob, and errors are taken against its finest rung,
+//! or against the exact value where one is known. A block `SCENE.settings` varies several keys at once and counts for
+//! the [`front`] alone, where every setting of N_v, dt and integrator is held against the finest ring of the scene.
 //!
 //! Droplets of one seed meet the same array at every setting. The spread of an error is therefore that of paired
-//! differences (by the jackknife over seeds), which is far smaller than the spread of the value itself. Where a droplet may
-//! get stuck in another place, agreement in all n runs proves little: up to 3 in n other runs may still differ.
+//! differences (by the jackknife over seeds), which is far smaller than the spread of the value itself. Where a droplet
+//! may get stuck in another place, agreement in all n runs proves little: up to 3 in n other runs may still differ.
 //!
 //! Read [`scene`] first, then [`observable`], [`records`], [`ladder`] and [`front`].
 

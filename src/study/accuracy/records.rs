@@ -25,14 +25,14 @@ pub struct PointRecords {
 pub struct Difference {
     /// Its size, relative or in the unit of the observable.
     pub size: f64,
-    /// Its standard error by the jackknife over seeds; 0 for a single run. Of an observable that can jump it is at least
-    /// `1.5/n` for n runs.
+    /// Its standard error by the jackknife over seeds; 0 for a single run. Of an observable that can jump it is at
+    /// least `1.5/n` for n runs.
     pub spread: f64,
 }
 
 impl PointRecords {
     /// The observable from all runs; `None` if a run is missing or failed, or does not have it.
-    pub fn value(&self, observable: &Observable) -> Option<f64> {
+    pub(crate) fn value(&self, observable: &Observable) -> Option<f64> {
         self.estimate(observable, None)
     }
 
@@ -45,8 +45,9 @@ impl PointRecords {
         (observable.estimate)(&self.point, &kept.collect::<Vec<_>>()).filter(|value| value.is_finite())
     }
 
-    /// By how much the observable differs from that of `other`, whose runs have the same seeds; `None` if either has none.
-    pub fn difference(&self, other: &Self, observable: &Observable) -> Option<Difference> {
+    /// By how much the observable differs from that of `other`, whose runs have the same seeds; `None` if either has
+    /// none.
+    pub(crate) fn difference(&self, other: &Self, observable: &Observable) -> Option<Difference> {
         let difference = |left_out| {
             let (mine, theirs) = (self.estimate(observable, left_out)?, other.estimate(observable, left_out)?);
             Some((mine - theirs) / scale(observable, theirs))
@@ -80,14 +81,14 @@ impl PointRecords {
     }
 
     /// Milliseconds of wall time per t0 on one thread, over all runs; `None` if nothing ran.
-    pub fn ms_per_t0(&self) -> Option<f64> {
+    pub(crate) fn ms_per_t0(&self) -> Option<f64> {
         let sum = |of: fn(&RunRecord) -> f64| self.runs.iter().map(of).sum::<f64>();
         let time = sum(|run| run.t_end);
         (time > 0.0).then(|| 1e3 * sum(|run| run.wall_s) / time)
     }
 
     /// Why there is no value, in a word or two.
-    pub fn excuse(&self) -> String {
+    pub(crate) fn excuse(&self) -> String {
         let failed = self.runs.iter().filter(|run| run.outcome.is_none()).count();
         match self.runs.first() {
             None => "not run".to_owned(),
@@ -101,7 +102,7 @@ impl PointRecords {
     }
 
     /// N_v, the integrator, and its step where that is not the automatic one; `None` for a soft particle.
-    pub fn setting(&self) -> Option<Knobs> {
+    pub(crate) fn setting(&self) -> Option<Knobs> {
         let Model::Deformable(ring) = &self.point.model else { return None };
         let stepping = &self.point.stepping;
         let automatic = candidates(&self.point, &StabilityLimit::of(&self.point)).contains(stepping);

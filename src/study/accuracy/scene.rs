@@ -24,11 +24,11 @@ pub enum TestScene {
 
 impl TestScene {
     /// All of them.
-    pub const ALL: [Self; 7] =
+    pub(crate) const ALL: [Self; 7] =
         [Self::Free, Self::Channel, Self::Passage, Self::Arrest, Self::Flow, Self::Clog, Self::Plate];
 
     /// The first part of the names of its blocks.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
             Self::Channel => "channel",
@@ -41,12 +41,12 @@ impl TestScene {
     }
 
     /// The scene of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scene| scene.name() == name)
     }
 
     /// What is read off its runs.
-    pub const fn observables(self) -> &'static [Observable] {
+    pub(crate) const fn observables(self) -> &'static [Observable] {
         match self {
             Self::Free => FREE,
             Self::Channel | Self::Passage => PASSAGE,
@@ -58,12 +58,12 @@ impl TestScene {
     }
 
     /// What happens in it.
-    pub const fn about(self) -> &'static str {
+    pub(crate) const fn about(self) -> &'static str {
         match self {
             Self::Free => "A droplet that touches nothing",
             Self::Channel => "A droplet squeezes through a constriction that it only just passes",
-            Self::Passage => "It passes with more ease",
-            Self::Arrest => "It stays stuck, and comes to rest",
+            Self::Passage => "A droplet passes a constriction with more ease",
+            Self::Arrest => "A droplet stays stuck in a constriction, and comes to rest",
             Self::Flow => "Arrays of obstacles in which nothing clogs, the same at every setting",
             Self::Clog => "Arrays of obstacles in which droplets clog, the same at every setting",
             Self::Plate => "A soft particle sinks onto a plate",
@@ -71,7 +71,7 @@ impl TestScene {
     }
 
     /// The kind of scene that it stands for in the table of `tolerance`; `None` if it stands for none.
-    pub const fn kind(self) -> Option<Kind> {
+    pub(crate) const fn kind(self) -> Option<Kind> {
         match self {
             Self::Free => Some(Kind::Free),
             Self::Channel | Self::Passage => Some(Kind::Channel),
@@ -82,7 +82,7 @@ impl TestScene {
     }
 
     /// Whether its observables need time series.
-    pub const fn needs_samples(self) -> bool {
+    pub(crate) const fn needs_samples(self) -> bool {
         matches!(self, Self::Free | Self::Channel | Self::Passage | Self::Arrest)
     }
 }

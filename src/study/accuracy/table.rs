@@ -5,11 +5,12 @@ use crate::study::accuracy::Accuracy;
 use crate::study::accuracy::front::{ParetoFront, Spot};
 
 impl Accuracy {
-    /// The table that `tolerance` reads. For each kind it holds the settings that were measured in all scenes of that kind,
-    /// each with the worst of its errors; `measured` says where and when.
+    /// The table that `tolerance` reads. For each kind it holds the settings that were measured in all scenes of that
+    /// kind, each with the worst of its errors; `measured` says where and when.
     pub fn table(&self, measured: String) -> Table {
         let kinds = Kind::ALL.into_iter().filter_map(|kind| {
-            let fronts: Vec<&ParetoFront> = self.fronts.iter().filter(|front| front.scene.kind() == Some(kind)).collect();
+            let fronts: Vec<&ParetoFront> =
+                self.fronts.iter().filter(|front| front.scene.kind() == Some(kind)).collect();
             let settings = settings(&fronts);
             let scenes = fronts.iter().map(|front| front.conditions.as_str()).collect::<Vec<_>>().join("; ");
             (!settings.is_empty()).then_some((kind, Measured { scenes, settings }))

@@ -1,12 +1,13 @@
 //! How far a simulated profile lies from the frames of an experiment ([C24] eqs 13, 14).
 //!
-//! `Delta_v = sqrt(1/n sum_i ((v_sim(h_i) - v_i)/e_i)^2)` over the n frames, and Delta_A is the same for the shape parameter.
-//! v is in V_t; e_i are the standard errors of the frames, or 1 where the file gives none. The deviations are then absolute,
-//! in V_t and in units of A.
+//! `Delta_v = sqrt(1/n sum_i ((v_sim(h_i) - v_i)/e_i)^2)` over the n frames, and Delta_A is the same for the shape
+//! parameter. v is in V_t; e_i are the standard errors of the frames, or 1 where the file gives none. The deviations
+//! are then absolute, in V_t and in units of A.
 //!
 //! **A droplet that stays stuck** never comes to the frames beyond the place where it rests. At these frames its speed
-//! counts as 0 and its shape is the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the distance
-//! from that place to the last frame. Stiffer droplets rest sooner, so this cost falls towards the droplets that pass.
+//! counts as 0 and its shape is the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the
+//! distance from that place to the last frame. Stiffer droplets rest sooner, so this cost falls towards the droplets
+//! that pass.
 
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Parameters, Profile};
@@ -54,8 +55,8 @@ impl Deviation {
 
 /// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum, whatever the noise of each frame.
 ///
-/// Let `r_i = (v_sim(h_i) - v_i)/e_i` be the deviations and `g_i = (dv/dGamma, dv/db0)/e_i` the derivatives of the simulated
-/// speeds, from the difference of two profiles `[lower, upper]` in each parameter. The covariance is
+/// Let `r_i = (v_sim(h_i) - v_i)/e_i` be the deviations and `g_i = (dv/dGamma, dv/db0)/e_i` the derivatives of the
+/// simulated speeds, from the difference of two profiles `[lower, upper]` in each parameter. The covariance is
 ///
 /// ```text
 /// n/(n - 2) H^-1 (sum_i r_i^2 g_i g_i^T) H^-1,   H = sum_i g_i g_i^T   (White, Econometrica 48, 817 (1980)).

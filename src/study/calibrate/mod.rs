@@ -10,7 +10,7 @@
 pub mod deviation;
 pub mod frames;
 pub mod profile;
-pub mod search;
+pub(crate) mod search;
 
 use crate::parameters::Point;
 use crate::study::calibrate::deviation::{Deviation, curvature_errors};
@@ -29,7 +29,7 @@ const TAIL: f64 = 0.025;
 
 /// The fit of one trial.
 #[derive(Clone, Debug)]
-pub struct TrialFit {
+pub(crate) struct TrialFit {
     /// Gamma* and b0*.
     pub parameters: Parameters,
     /// Delta_v and Delta_A there.
@@ -40,7 +40,7 @@ pub struct TrialFit {
 
 /// Gamma* or b0*, from the fits of all trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FittedParameter {
+pub(crate) struct FittedParameter {
     /// Mean over the trials.
     pub value: f64,
     /// Standard deviation over the trials, or the standard error of a single trial where there is one.
@@ -51,7 +51,7 @@ pub struct FittedParameter {
 
 /// What a calibration found.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub(crate) struct Calibration {
     /// The fits, in the order of the trials.
     pub fits: Vec<TrialFit>,
     /// Gamma*.
@@ -68,10 +68,11 @@ pub struct Calibration {
 
 /// Why there is no fit.
 #[derive(Debug, thiserror::Error)]
-pub enum CalibrateError {
+pub(crate) enum CalibrateError {
     /// No droplet of the grid could be simulated.
     #[error(
-        "none of the {0} simulations came to an end, so there is nothing to compare; try other values of --gamma, or a larger --kappa"
+        "none of the {0} simulations came to an end, so there is nothing to compare; \
+         try other values of --gamma, or a larger --kappa"
     )]
     NothingRuns(usize),
     /// The optimiser gave up.
@@ -81,8 +82,8 @@ pub enum CalibrateError {
 
 /// Fits Gamma and b0 to every trial by least Delta_v, on the threads of the current rayon pool.
 ///
-/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. Whenever a simulation ends,
-/// `watch` is called with their number so far. The answer does not depend on the number of threads.
+/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. Whenever a simulation
+/// ends, `watch` is called with their number so far. The answer does not depend on the number of threads.
 ///
 /// # Errors
 /// [`CalibrateError`].
@@ -122,8 +123,8 @@ fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges)
     Ok(TrialFit { parameters, deviation: Deviation::between(&profile, trial), profile })
 }
 
-/// Standard errors of the fit of a single trial, from four more profiles around it. Where a droplet on one side stays stuck,
-/// the fit itself stands in for it.
+/// Standard errors of the fit of a single trial, from four more profiles around it. Where a droplet on one side stays
+/// stuck, the fit itself stands in for it.
 fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> Option<[f64; 2]> {
     let Parameters { gamma, b0 } = fit.parameters;
     let (dg, db) = (STEPS[0] * gamma, (STEPS[1] * b0).max(STEPS[2]));
@@ -146,11 +147,15 @@ fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> 
 /// From one trial of `n` frames; the interval is that of Student's t with n - 2 degrees of freedom.
 fn of_one(value: f64, error: f64, n: usize) -> FittedParameter {
     let reach = student((n - 2) as f64).map(|t| t * error);
-    FittedParameter { value, spread: Some(error), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+    FittedParameter {
+        value,
+        spread: Some(error),
+        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
+    }
 }
 
-/// From n trials: their mean, standard deviation (n - 1), and the interval of the mean by Student's t with n - 1 degrees of
-/// freedom.
+/// From n trials: their mean, standard deviation (n - 1), and the interval of the mean by Student's t with n - 1
+/// degrees of freedom.
 fn of_many(values: &[f64]) -> FittedParameter {
     let n = values.len() as f64;
     let value = values.iter().sum::<f64>() / n;
@@ -159,7 +164,11 @@ fn of_many(values: &[f64]) -> FittedParameter {
     }
     let spread = (values.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (n - 1.0)).sqrt();
     let reach = student(n - 1.0).map(|t| t * spread / n.sqrt());
-    FittedParameter { value, spread: Some(spread), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+    FittedParameter {
+        value,
+        spread: Some(spread),
+        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
+    }
 }
 
 /// The quantile of Student's t that bounds a 95% interval.
@@ -167,7 +176,8 @@ fn student(freedom: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom).ok().map(|t| t.inverse_cdf(1.0 - TAIL))
 }
 
-/// Which parameters of any fit lie within 1% of an end of their range. The end b0 = 0 does not count: nothing lies beyond.
+/// Which parameters of any fit lie within 1% of an end of their range. The end b0 = 0 does not count: nothing lies
+/// beyond.
 fn at_the_end(fits: &[TrialFit], ranges: &Ranges) -> Vec<&'static str> {
     let near = |value: f64, end: f64| (value - end).abs() <= 0.01 * end;
     let gamma = |fit: &TrialFit| {

@@ -93,8 +93,8 @@ impl<'w> Laboratory<'w> {
     /// A channel as in `template`, with its ends and its time limit taken from the frames. Whenever a simulation ends,
     /// `watch` is called with their number so far.
     ///
-    /// The droplet starts half a diameter before it can touch the wedges, or a quarter before the first frame if that is
-    /// earlier. It forgets how it started within V_t^2, so a longer way would change nothing.
+    /// The droplet starts half a diameter before it can touch the wedges, or a quarter before the first frame if that
+    /// is earlier. It forgets how it started within V_t^2, so a longer way would change nothing.
     pub fn new(mut template: Point, trials: &[Trial], watch: &'w (dyn Fn(usize) + Sync)) -> Self {
         let ends = |[low, high]: [f64; 2], [first, last]: [f64; 2]| [low.min(first), high.max(last)];
         let [first, last] = trials.iter().map(Trial::range).fold([f64::INFINITY, f64::NEG_INFINITY], ends);

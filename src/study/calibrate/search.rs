@@ -1,7 +1,7 @@
 //! The search for Gamma and b0: a coarse grid shared by all trials, then Nelder-Mead from its best points.
 //!
-//! Delta_v trembles a little and jumps where droplets begin to stay stuck, so the search takes no derivatives. It moves in
-//! `(ln Gamma, sqrt b0)`, which keeps Gamma positive and turns the edge b0 = 0 into a mirror.
+//! Delta_v trembles a little and jumps where droplets begin to stay stuck, so the search takes no derivatives. It moves
+//! in `(ln Gamma, sqrt b0)`, which keeps Gamma positive and turns the edge b0 = 0 into a mirror.
 
 use crate::study::calibrate::deviation::Deviation;
 use crate::study::calibrate::frames::Trial;
@@ -35,7 +35,7 @@ const NOWHERE: f64 = 1e9;
 
 /// Where Gamma and b0 are looked for. The droplets of [C24] have Gamma from 0.16 to 1.7 and b0 from 0.064 to 0.21.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ranges {
+pub(crate) struct Ranges {
     /// Range of Gamma; above 0.
     pub gamma: RangeInclusive<f64>,
     /// Range of b0; from 0 upwards.
@@ -66,8 +66,8 @@ pub(super) struct Grid {
 impl Grid {
     /// Simulates the grid, softest droplets first, a row at a time in parallel.
     ///
-    /// Drag does not change where a droplet can rest. When the droplet with the least drag of a row rests before the last
-    /// frames of all trials, stiffer droplets would too, so their rows are left out.
+    /// Drag does not change where a droplet can rest. When the droplet with the least drag of a row rests before the
+    /// last frames of all trials, stiffer droplets would too, so their rows are left out.
     pub(super) fn simulate(ranges: &Ranges, laboratory: &Laboratory<'_>, trials: &[Trial]) -> Self {
         let corner = |gamma: f64, b0: f64| coordinates(Parameters { gamma, b0 });
         let low = corner(*ranges.gamma.start(), *ranges.b0.start());

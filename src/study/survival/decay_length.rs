@@ -9,8 +9,9 @@
 //! ```
 //!
 //! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. In `x = lambda/(S/d)`
-//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend on d alone. Without a clog, the one-sided bound is the
-//! lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) = S/3.00`.
+//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend on d alone. Without a clog, the one-sided bound is
+//! the lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) =
+//! S/3.00`.
 //!
 //! ```
 //! use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
@@ -59,13 +60,13 @@ impl Lifetimes {
     /// The lifetimes of finished runs: every outcome but [`Outcome::Clogged`] is censored at its displacement.
     ///
     /// A droplet that settles a little behind its start (`r_end < 0`) has gone no distance: its r is 0.
-    pub fn of_runs(runs: &[FinishedRun]) -> Self {
+    pub(super) fn of_runs(runs: &[FinishedRun]) -> Self {
         let life = |run: &FinishedRun| Lifetime { r: run.r_end, clogged: run.outcome == Outcome::Clogged };
         Self::new(runs.iter().map(life).collect())
     }
 
     /// The lifetimes, in order.
-    pub fn as_slice(&self) -> &[Lifetime] {
+    pub(super) fn as_slice(&self) -> &[Lifetime] {
         &self.0
     }
 
@@ -80,12 +81,12 @@ impl Lifetimes {
     }
 
     /// Number of clogs, d.
-    pub fn clogs(&self) -> usize {
+    pub(super) fn clogs(&self) -> usize {
         self.0.iter().filter(|life| life.clogged).count()
     }
 
     /// Sum of all displacements, S, in sigma.
-    pub fn total(&self) -> f64 {
+    pub(super) fn total(&self) -> f64 {
         self.0.iter().map(|life| life.r).sum()
     }
 }

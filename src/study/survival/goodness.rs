@@ -121,9 +121,4 @@ mod tests {
         assert!(p_exponential(&lifetimes(&[1.0, 2.0, 3.0, 4.0, 5.0], &[])).is_some());
         assert_eq!(p_exponential(&lifetimes(&[0.0; 9], &[])), None);
     }
-
-    #[test]
-    fn droplets_that_all_clog_at_one_place_are_not_exponential() {
-        assert!(p_exponential(&lifetimes(&[10.0; 10], &[])).unwrap() < 1e-6);
-    }
 }

@@ -1,10 +1,11 @@
 //! Survival curve without a model: the Kaplan-Meier product-limit estimator.
 //!
-//! At each displacement where `d` of the `n` droplets still under way clog, `P` falls by the factor `1 - d/n`. A run that
-//! ends without a clog lowers the count `n` of later steps and makes no step itself. If it ends exactly where another
-//! clogs, it still counts at that step.
+//! At each displacement where `d` of the `n` droplets still under way clog, `P` falls by the factor `1 - d/n`. A run
+//! that ends without a clog lowers the count `n` of later steps and makes no step itself. If it ends exactly where
+//! another clogs, it still counts at that step.
 //!
-//! Of three droplets two clog, at 1 and 3, and one is cut off at 2: P falls to 2/3, and then, with one droplet left, to 0.
+//! Of three droplets two clog, at 1 and 3, and one is cut off at 2: P falls to 2/3, and then, with one droplet left, to
+//! 0.
 //!
 //! ```
 //! use meniscus::study::survival::{decay_length::{Lifetime, Lifetimes}, kaplan_meier::steps};

@@ -1,7 +1,8 @@
 //! The paper's estimate of lambda: `exp(-r/lambda)` fitted to the survival curve itself ([C24] eq. 16).
 //!
-//! It minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, with P_i just after
-//! the step. Steps are neither independent nor equally certain, so this estimate is for comparison and has no interval.
+//! It minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, with P_i just
+//! after the step. Steps are neither independent nor equally certain, so this estimate is for comparison and has no
+//! interval.
 //!
 //! One step is met exactly: `exp(-3/lambda) = 1/e` at lambda = 3.
 //!
@@ -13,7 +14,8 @@
 
 use crate::study::survival::kaplan_meier::Step;
 
-/// Intervals of the first search. Their length is far below 1, the length of `ln lambda` over which the exponential varies.
+/// Intervals of the first search. Their length is far below 1, the length of `ln lambda` over which the exponential
+/// varies.
 const GRID: usize = 200;
 
 /// Golden sections: 0.618^45 = 4e-10, and rounding hides where a minimum lies below the square root of 2e-16 anyway.

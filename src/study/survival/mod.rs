@@ -1,4 +1,5 @@
-//! How far a droplet gets before it clogs: the decay length `lambda` of the survival probability `P(r) = exp(-r/lambda)`.
+//! How far a droplet gets before it clogs: the decay length `lambda` of the survival probability `P(r) =
+//! exp(-r/lambda)`.
 //!
 //! | question | answer |
 //! |---|---|

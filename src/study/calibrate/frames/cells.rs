@@ -20,8 +20,8 @@ pub(super) fn line_at(text: &str, at: usize) -> Range<usize> {
     start..start + length
 }
 
-/// The bytes of each cell. The CSV reader knows only where records begin; where quotes hide the cells of a record, each has
-/// the whole line.
+/// The bytes of each cell. The CSV reader knows only where records begin; where quotes hide the cells of a record, each
+/// has the whole line.
 pub(super) fn cells(text: &str, record: &StringRecord) -> Vec<Range<usize>> {
     let line = line(text, record);
     if !text[line.clone()].split(',').eq(record) {

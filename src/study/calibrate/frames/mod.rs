@@ -52,7 +52,7 @@ pub struct Trial {
 
 impl Trial {
     /// Smallest and largest h.
-    pub fn range(&self) -> [f64; 2] {
+    pub(super) fn range(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], frame: &Frame| [low.min(frame.h), high.max(frame.h)];
         self.frames.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
     }
@@ -84,7 +84,7 @@ pub enum FramesError {
 
 impl FramesError {
     /// The whole message with source lines, in colour if asked.
-    pub fn render(&self, colour: bool) -> String {
+    pub(crate) fn render(&self, colour: bool) -> String {
         match self {
             Self::Invalid(invalid) => invalid.render(colour),
             Self::Unreadable { .. } | Self::NotUtf8 { .. } => format!("error: {self}"),
@@ -105,10 +105,8 @@ impl FramesError {
 /// If the bytes are not UTF-8, or have mistakes: then all of them, in the order of the file.
 pub fn parse(file: &str, bytes: impl AsRef<[u8]>) -> Result<Vec<Trial>, FramesError> {
     let bytes = bytes.as_ref();
-    let text = std::str::from_utf8(bytes).map_err(|error| FramesError::NotUtf8 {
-        file: file.to_owned(),
-        line: line_of(bytes, error.valid_up_to()),
-    })?;
+    let text = std::str::from_utf8(bytes)
+        .map_err(|error| FramesError::NotUtf8 { file: file.to_owned(), line: line_of(bytes, error.valid_up_to()) })?;
     // Spreadsheets put a byte order mark in front.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut problems = Problems::of(text);
