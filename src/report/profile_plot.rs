@@ -4,6 +4,10 @@ use crate::report::axes::LinearAxis;
 use crate::report::panel::Panel;
 use crate::report::rounding::significant;
 use crate::report::svg::{circle, curve, line, plot, text};
+use crate::study::calibrate::TrialFit;
+use crate::study::calibrate::deviation::Deviation;
+use crate::study::calibrate::frames::Trial;
+use crate::study::calibrate::profile::Parameters;
 
 /// Width of the picture, height of a panel, in pixels.
 const SIZE: [f64; 2] = [720.0, 270.0];
@@ -15,14 +19,27 @@ const MARGINS: [f64; 4] = [76.0, 20.0, 34.0, 52.0];
 const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 
 /// What a plot shows of one trial.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct TrialPlot {
     /// What the legend calls it.
-    pub name: String,
+    name: String,
     /// Frames: h, v_g, shape.
-    pub frames: Vec<[f64; 3]>,
+    frames: Vec<[f64; 3]>,
     /// The simulated passage: h, v_g, shape.
-    pub curve: Vec<[f64; 3]>,
+    curve: Vec<[f64; 3]>,
+}
+
+impl TrialPlot {
+    /// The trial of that name and its fit.
+    pub(crate) fn of(name: &str, trial: &Trial, fit: &TrialFit) -> Self {
+        let TrialFit { parameters: Parameters { gamma, b0 }, deviation: Deviation { v_g, shape, .. }, profile } = fit;
+        let (h, speeds, shapes) = (&profile.h, &profile.v_g, &profile.shape);
+        Self {
+            name: format!("{name}: gamma* = {gamma:.4}, b0* = {b0:.4}, Delta_v = {v_g:.4}, Delta_A = {shape:.4}"),
+            frames: trial.frames.iter().map(|frame| [frame.h, frame.v_g, frame.shape]).collect(),
+            curve: (0..h.len()).map(|k| [h[k], speeds[k], shapes[k]]).collect(),
+        }
+    }
 }
 
 /// The plot as SVG: v_g(h) above, shape(h) below, on the range of h that the frames cover.

@@ -1,5 +1,4 @@
-//! From results to answers: rows in, tables out. There is no SQL here, no file is read or written, and nothing but the
-//! tables of accuracy, whose rows hold times, knows of a clock.
+//! From results to answers: rows in, tables out. There is no SQL here, no file is opened, and no clock is asked.
 //!
 //! This layer knows parameters, results, physics and campaigns. It stands below the store, so that a campaign that runs
 //! can ask whether a grid point needs another round of seeds.

@@ -57,14 +57,14 @@ pub(crate) fn parts(block: &str) -> Result<(TestScene, Option<Knob>), BadBlock> 
     let (scene, knob) = block.split_once('.').unwrap_or((block, ""));
     let scene = TestScene::from_name(scene).ok_or_else(|| {
         let known: Vec<_> = TestScene::ALL.iter().map(|scene| scene.name()).collect();
-        bad(format!("its name must begin with one of {}, and a point", known.join(", ")))
+        bad(format!("name it SCENE.KNOB, with one of {} as SCENE", known.join(", ")))
     })?;
     match (knob, Knob::from_name(knob)) {
         ("settings", _) => Ok((scene, None)),
         (_, Some(knob)) => Ok((scene, Some(knob))),
         _ => {
             let known: Vec<_> = Knob::ALL.iter().map(|knob| knob.name()).collect();
-            Err(bad(format!("after the scene its name must end with one of {}, settings", known.join(", "))))
+            Err(bad(format!("name it {}.KNOB, with one of {}, settings as KNOB", scene.name(), known.join(", "))))
         }
     }
 }

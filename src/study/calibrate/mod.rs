@@ -16,7 +16,7 @@ use crate::parameters::Point;
 use crate::study::calibrate::deviation::{Deviation, curvature_errors};
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Laboratory, Parameters, Profile};
-use crate::study::calibrate::search::{Grid, Ranges};
+use crate::study::calibrate::search::{Ranges, SearchGrid};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
@@ -94,7 +94,7 @@ pub(crate) fn calibrate(
     watch: &(dyn Fn(usize) + Sync),
 ) -> Result<Calibration, CalibrateError> {
     let laboratory = Laboratory::new(template.clone(), trials, watch);
-    let grid = Grid::simulate(ranges, &laboratory, trials);
+    let grid = SearchGrid::simulate(ranges, &laboratory, trials);
     let fits: Vec<TrialFit> =
         trials.par_iter().map(|trial| fit(trial, &grid, &laboratory, ranges)).collect::<Result<_, _>>()?;
     let errors = match (trials, fits.as_slice()) {
@@ -114,7 +114,12 @@ pub(crate) fn calibrate(
     Ok(Calibration { gamma, b0, window, simulations, at_the_end, fits })
 }
 
-fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges) -> Result<TrialFit, CalibrateError> {
+fn fit(
+    trial: &Trial,
+    grid: &SearchGrid,
+    laboratory: &Laboratory<'_>,
+    ranges: &Ranges,
+) -> Result<TrialFit, CalibrateError> {
     let found = search::minimise(grid, laboratory, trial, ranges);
     let found = found.map_err(|error| CalibrateError::Search(error.to_string()))?;
     let nothing = || CalibrateError::NothingRuns(laboratory.count()[0]);

@@ -58,12 +58,12 @@ pub(super) struct Node {
 }
 
 /// A grid over the ranges, simulated.
-pub(super) struct Grid {
+pub(super) struct SearchGrid {
     step: [f64; 2],
     nodes: Vec<Node>,
 }
 
-impl Grid {
+impl SearchGrid {
     /// Simulates the grid, softest droplets first, a row at a time in parallel.
     ///
     /// Drag does not change where a droplet can rest. When the droplet with the least drag of a row rests before the
@@ -129,7 +129,7 @@ impl CostFunction for Objective<'_> {
 /// # Errors
 /// Those of the optimiser.
 pub(super) fn minimise(
-    grid: &Grid,
+    grid: &SearchGrid,
     laboratory: &Laboratory<'_>,
     trial: &Trial,
     ranges: &Ranges,

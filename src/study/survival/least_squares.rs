@@ -18,7 +18,7 @@ use crate::study::survival::kaplan_meier::Step;
 /// varies.
 const GRID: usize = 200;
 
-/// Golden sections: 0.618^45 = 4e-10, and rounding hides where a minimum lies below the square root of 2e-16 anyway.
+/// Number of golden sections: 0.618^45 = 4e-10. Rounding hides where the minimum lies within 1e-8 or so.
 const SECTIONS: usize = 45;
 
 /// The lambda of least squares, in sigma.
@@ -39,7 +39,7 @@ pub fn lambda(steps: &[Step]) -> Option<f64> {
 
 /// Where `f` is smallest between `a` and `b`: the best of a grid, then golden sections around it.
 ///
-/// Solvers of crates stop at a tolerance and would change the last digits of fits that stores hold already.
+/// The solvers of `argmin` stop at a tolerance and would change the last digits of fits that stores hold already.
 fn minimum(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let spacing = (b - a) / GRID as f64;
     let at = |i: usize| a + spacing * i as f64;

@@ -33,7 +33,7 @@ pub struct Frame {
     pub h: f64,
     /// Speed, in V_t.
     pub v_g: f64,
-    /// Shape parameter.
+    /// Shape parameter A.
     pub shape: f64,
     /// Standard error of `v_g`; 1 where the file gives none.
     pub v_g_error: f64,
