@@ -107,8 +107,9 @@ fn a_block_of_another_name_and_a_picture_of_another_kind_are_refused_before_anyt
 /// An array campaign over N_v, and what made-up runs say of it.
 fn judged(block: &str, run: impl Fn(usize, u64) -> RunRecord) -> Accuracy {
     let text = format!(
-        "name = \"made_up\"\nmodel = \"DP\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 1.0\nsigma_ob = 0.3\ndensity = 0.3\n\
-         runs_per_point = 6\n[[block]]\nname = \"{block}\"\nintegrator = \"verlet\"\ngrid = {{ n_vertices = [64, 128, 256, 512] }}"
+        "name = \"made_up\"\nmodel = \"DP\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 1.0\nsigma_ob = 0.3\n\
+         density = 0.3\nruns_per_point = 6\n[[block]]\nname = \"{block}\"\nintegrator = \"verlet\"\n\
+         grid = {{ n_vertices = [64, 128, 256, 512] }}"
     );
     let campaign = Campaign::parse("made_up.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
     let runs: HashMap<PointId, Vec<RunRecord>> = [64, 128, 256, 512]
@@ -168,7 +169,7 @@ fn lambda_is_known_no_better_than_so_few_arrays_can_tell() {
         let recorded = accuracy.table(String::new());
         recorded.kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).collect()
     };
-    // Six droplets that clog in the same places at every setting: three in six others may not, here and on rings finer still.
+    // Six droplets clog in the same places at every setting. Of six others three may not, here and on still finer rings.
     let alike = errors(&|_, seed| 5.0 + seed as f64);
     assert!(alike[..3].iter().all(|error| (1.0..1.01).contains(error)), "{alike:?}");
     assert!((0.5..0.51).contains(&alike[3]), "the finest ring is what the others are held against");

@@ -4,10 +4,11 @@ use meniscus::parameters::*;
 use meniscus::report::tables::{decay_lengths, mean_speeds};
 use meniscus::results::fits::{FinishedRun, LambdaFit, PointRuns};
 use meniscus::results::trajectory::Outcome;
+use meniscus::study::fits::fit_all;
 use meniscus::study::speed::speed_average;
 use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
 use meniscus::study::survival::goodness::p_exponential;
-use meniscus::study::survival::{fit_all, lambda_fit};
+use meniscus::study::survival::lambda_fit;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
@@ -117,8 +118,7 @@ fn shares_of_small_p(n: usize, life: impl Fn(&mut Draws) -> Lifetime + Sync) -> 
         p_exponential(&Lifetimes::new((0..n).map(|_| life(&mut draws)).collect()))
     };
     let all: Vec<f64> = (0..10_000).into_par_iter().filter_map(p_of).collect();
-    [0.05, 0.25, 0.5]
-        .map(|instruction_set| all.iter().filter(|&&p| p <= instruction_set).count() as f64 / all.len() as f64)
+    [0.05, 0.25, 0.5].map(|limit| all.iter().filter(|&&p| p <= limit).count() as f64 / all.len() as f64)
 }
 
 #[test]

@@ -129,12 +129,12 @@ fn bad_frames_are_refused_by_file_line_and_column_and_nothing_is_written() {
         (
             "unknown.csv",
             b"h,vg,shape\n0,1,1\n",
-            &["unknown.csv:1:3", "`vg` is no column", "did you mean `v_g`", "trial"],
+            &["unknown.csv:1:3", "`vg` is not a column", "did you mean `v_g`", "trial"],
         ),
         (
             "semicolons.csv",
             b"h;v_g;shape\n0;1;1\n",
-            &["semicolons.csv:1:1", "`h;v_g;shape` is no column", "h,v_g,shape"],
+            &["semicolons.csv:1:1", "`h;v_g;shape` is not a column", "h,v_g,shape"],
         ),
         ("twice.csv", b"h,v_g,h,shape\n0,1,1,1\n", &["twice.csv:1:7", "appears twice", "keep one"]),
         (
@@ -148,7 +148,7 @@ fn bad_frames_are_refused_by_file_line_and_column_and_nothing_is_written() {
             &["inf.csv:3:5", "shape: `-inf` is not finite", "take the line out"],
         ),
         ("gap.csv", b"h,v_g,shape\n0,,1\n", &["gap.csv:2:3", "v_g: the cell is empty", "write a number"]),
-        ("text.csv", b"h,v_g,shape\nzero,1,1\n", &["text.csv:2:1", "h: `zero` is no number", "write a number"]),
+        ("text.csv", b"h,v_g,shape\nzero,1,1\n", &["text.csv:2:1", "h: `zero` is not a number", "write a number"]),
         (
             "ragged.csv",
             b"h,v_g,shape\n0,1\n",

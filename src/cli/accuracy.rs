@@ -6,7 +6,7 @@ use crate::cli::run::{Effort, shown, threads};
 use crate::cli::{Exit, Outcome, print, store_of};
 use crate::parameters::{JobId, PointId};
 use crate::report::accuracy::{Origin, page, text};
-use crate::report::{front_plot, raster};
+use crate::report::{error_plot, raster};
 use crate::results::fits::RunRecord;
 use crate::store::{Origins, StoreError, origins, records};
 use crate::study::accuracy::{self, Accuracy, parts};
@@ -102,7 +102,7 @@ impl Arguments {
 
     /// Writes the page, the plots and the table that were asked for.
     fn write(&self, campaign: &Campaign, dir: &Path, accuracy: &Accuracy) -> Result<(), Box<dyn Error>> {
-        let svg = front_plot::svg(&accuracy.fronts);
+        let svg = error_plot::svg(&accuracy.fronts);
         let mut plots = self.plot.clone();
         if let Some(file) = &self.markdown {
             plots.extend(["svg", "png"].map(|kind| file.with_extension(kind)));
@@ -139,10 +139,10 @@ fn picture_kind(path: &Path) -> Option<&'static str> {
 fn runs(campaign: &Campaign, dir: &Path) -> Result<HashMap<PointId, Vec<RunRecord>>, Box<dyn Error>> {
     let mut all = HashMap::new();
     for block in &campaign.blocks {
-        let (study, _) = parts(&block.name)?;
+        let (scene, _) = parts(&block.name)?;
         let of_point = |&point: &PointId| block.seeds.clone().map(move |seed| JobId::new(point, seed));
         let ids: Vec<JobId> = block.point_ids.iter().flat_map(of_point).collect();
-        let mut found = records(dir, &ids, study.needs_samples())?.into_iter();
+        let mut found = records(dir, &ids, scene.needs_samples())?.into_iter();
         let seeds = block.seeds.clone().count();
         for &point in &block.point_ids {
             all.insert(point, found.by_ref().take(seeds).flatten().collect());

@@ -4,7 +4,7 @@ use crate::cli::{Exit, Outcome, print, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, mean_speeds};
 use crate::store::{Store, point_runs, save_fits};
-use crate::study::survival::fit_all;
+use crate::study::fits::fit_all;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 

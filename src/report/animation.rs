@@ -1,7 +1,7 @@
-//! Pictures one after the other as an animated GIF, which any browser and any slide plays.
+//! Pictures one after the other as an animated GIF, which every browser and slide show plays.
 //!
-//! All frames share one palette, so that nothing flickers: the 256 most frequent colours of a few frames. The pictures are
-//! flat, so what is lost are shades of smoothed edges.
+//! All frames share one palette, so that nothing flickers: the 256 most frequent colours of a few frames. The pictures
+//! have flat colours, so only shades of smoothed edges are lost.
 
 use crate::report::raster::{RasterError, pixels};
 use gif::{Encoder, Frame, Repeat};
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// Frames from which the palette is taken.
 const PALETTE_FRAMES: usize = 12;
 
-/// Length of the whole, and the shortest and longest time of a frame, in hundredths of a second.
+/// Time of the whole animation, and the shortest and longest time of a frame, in hundredths of a second.
 const TIMES: [usize; 3] = [1000, 4, 25];
 
 /// How long the last frame stays, in hundredths of a second.
@@ -25,7 +25,7 @@ type Colour = [u8; 3];
 ///
 /// # Errors
 /// [`RasterError`].
-pub fn gif(frames: usize, zoom: f32, svg: impl Fn(usize) -> String) -> Result<Vec<u8>, RasterError> {
+pub(crate) fn gif(frames: usize, zoom: f32, svg: impl Fn(usize) -> String) -> Result<Vec<u8>, RasterError> {
     let packing = |error: gif::EncodingError| RasterError::Packing(error.to_string());
     let step = frames.div_ceil(PALETTE_FRAMES).max(1);
     let mut counts: HashMap<Colour, u64> = HashMap::new();

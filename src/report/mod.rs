@@ -1,17 +1,37 @@
-//! What people read and look at, made from fitted points and stored shapes: text, and pictures of droplets. Functions
-//! return text or bytes; nothing is printed.
+//! Answers for people: text tables, pictures of droplets, plots, pages. Functions return text or bytes; nothing is
+//! printed and no file is written here.
+//!
+//! This layer knows parameters, results, physics (to make the walls of a scene again), studies and the store.
+//!
+//! | answer | modules |
+//! |---|---|
+//! | decay lengths and mean speeds | [`tables`]; `parameters` tells which columns vary |
+//! | what accuracy costs | [`accuracy`], `error_plot` |
+//! | a calibration | `calibration`, `profile_plot` |
+//! | a droplet at one instant | `droplet`: `surroundings`, `trail`, `forces`, `signs`, `caption`, placed by `view` |
+//! | pixels | `raster` for PNG, `animation` for GIF |
+//!
+//! All share `rounding`, which formats numbers, `text_table`, which lays out tables, and `svg`, the elements of
+//! pictures. Plots are made of `panel` and `axes`. Read [`tables`] first, then `droplet`.
 
 pub mod accuracy;
-pub mod animation;
-pub mod calibration;
-pub mod caption;
-pub mod droplet;
-pub mod front_plot;
+pub(crate) mod animation;
+mod axes;
+pub(crate) mod calibration;
+pub(crate) mod caption;
+mod colours;
+pub(crate) mod droplet;
+pub(crate) mod error_plot;
+mod forces;
+mod panel;
 mod parameters;
-pub mod profile_plot;
-pub mod raster;
+pub(crate) mod profile_plot;
+pub(crate) mod raster;
 mod rounding;
-pub mod surroundings;
+mod signs;
+pub(crate) mod surroundings;
 mod svg;
 pub mod tables;
-mod view;
+mod text_table;
+mod trail;
+pub(crate) mod view;

@@ -1,4 +1,4 @@
-//! SVG to pixels: the same bytes on every machine, for the font comes with the program.
+//! From SVG to pixels: the same bytes on every machine, because the font comes with the program.
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
@@ -6,11 +6,11 @@ use std::sync::{Arc, OnceLock};
 
 /// A picture that could not be turned into pixels.
 #[derive(Debug, thiserror::Error)]
-pub enum RasterError {
-    /// The document is none.
-    #[error("the picture is no valid SVG ({0}); please report it, and use -o FILE.svg meanwhile")]
+pub(crate) enum RasterError {
+    /// The document is not SVG.
+    #[error("the picture is not valid SVG ({0}); please report it, and use -o FILE.svg meanwhile")]
     Svg(#[from] resvg::usvg::Error),
-    /// No such picture can be held in memory.
+    /// The picture does not fit in memory.
     #[error("a picture of {0} x {1} pixels is too large; use -o FILE.svg, or leave out --path")]
     Size(u32, u32),
     /// The pixels could not be packed.
@@ -35,12 +35,12 @@ fn fonts() -> Arc<Database> {
 ///
 /// # Errors
 /// [`RasterError`].
-pub fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
+pub(crate) fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
     let tree = Tree::from_str(svg, &Options { fontdb: fonts(), ..Options::default() })?;
     let size = tree.size();
     let [width, height] = [size.width(), size.height()].map(|side| (side * zoom).round() as u32);
     let mut pixels = Pixmap::new(width, height).ok_or(RasterError::Size(width, height))?;
-    // White below the last row, too, which the picture may cover in part.
+    // The picture may cover the last row in part only, so white lies below it.
     pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(zoom, zoom), &mut pixels.as_mut());
     Ok(pixels)
@@ -50,6 +50,6 @@ pub fn pixels(svg: &str, zoom: f32) -> Result<Pixmap, RasterError> {
 ///
 /// # Errors
 /// [`RasterError`].
-pub fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, RasterError> {
+pub(crate) fn png(svg: &str, zoom: f32) -> Result<Vec<u8>, RasterError> {
     pixels(svg, zoom)?.encode_png().map_err(|error| RasterError::Packing(error.to_string()))
 }

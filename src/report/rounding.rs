@@ -1,4 +1,4 @@
-//! Numbers as a reader wants them: no more digits than the interval bears out.
+//! Numbers as a reader wants them: with no more digits than are certain.
 
 /// At most `digits` significant digits, in the shorter of the plain and the exponent form: `0.35`, `256`, `1e-17`.
 pub(super) fn significant(value: f64, digits: usize) -> String {
@@ -11,7 +11,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
 ///
 /// An uncertainty that is 0 or not finite leaves three significant digits.
 pub(super) fn to_precision(value: f64, uncertainty: f64) -> String {
-    // The exponent of a number printed in this form is right where log10 can be one off.
+    // The printed exponent is exact, where a rounded log10 may be one off.
     let exponent = format!("{uncertainty:.1e}").split_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
     match exponent.filter(|_| uncertainty > 0.0) {
         Some(exponent) if exponent > 1 => {
@@ -30,7 +30,7 @@ pub(super) fn with_interval(value: f64, low: f64, high: f64) -> String {
     format!("{} [{}, {}]", text(value), text(low), text(high))
 }
 
-/// `> 120`: a lower bound to three digits, rounded down so that it stays one.
+/// `> 120`: a lower bound to three digits, rounded down so that it remains a lower bound.
 pub(super) fn lower_bound(bound: f64) -> String {
     let nearest = significant(bound, 3);
     let nearest: f64 = nearest.parse().unwrap_or(bound);

@@ -1,19 +1,18 @@
-//! What stands around a droplet, made again from the job's scene and seed, and drawn.
+//! The walls around a droplet, made again from the scene and the seed of its job, and drawn.
 
 use crate::parameters::{Channel, Point, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
+use crate::physics::walls::disc::Disc;
+use crate::report::colours::{LOADED, OBSTACLE, OBSTACLE_EDGE};
 use crate::report::svg::circle;
 use crate::report::view::View;
-use crate::results::outline::Outline;
+use crate::results::outline::{LoadRecord, Outline};
 use crate::results::trajectory::Failure;
 
-const OBSTACLE: &str = "#c3cad4";
-const OBSTACLE_EDGE: &str = "#9aa4b2";
-const LOADED: &str = "#8791a0";
-
-/// The walls of a scene. A new scene is a variant, made in [`Surroundings::of`] and drawn in [`Surroundings::draw`].
+/// The walls of a scene. A new scene takes a new variant, which [`Surroundings::of`] makes and [`Surroundings::draw`]
+/// draws.
 #[derive(Debug)]
-pub enum Surroundings {
+pub(crate) enum Surroundings {
     /// Discs in a periodic box.
     Discs(ObstacleArray),
     /// Two wedges.
@@ -23,11 +22,11 @@ pub enum Surroundings {
 }
 
 impl Surroundings {
-    /// Those of the run `seed` of a point.
+    /// The walls that the run `seed` of a point met.
     ///
     /// # Errors
-    /// Where the scene cannot be made; its run failed likewise.
-    pub fn of(point: &Point, seed: u64) -> Result<Self, Failure> {
+    /// If the scene cannot be made; its run failed for the same reason.
+    pub(crate) fn of(point: &Point, seed: u64) -> Result<Self, Failure> {
         match &point.scene {
             Scene::Obstacles(field) => ObstacleArray::generate(field, seed).map(Self::Discs),
             Scene::Channel(channel) => Ok(Self::Wedges(channel.clone())),
@@ -41,23 +40,19 @@ impl Surroundings {
         match self {
             Self::Discs(array) => draw_discs(array, view, outline),
             Self::Wedges(channel) => draw_wedges(channel, view),
-            Self::Plate => {
-                let [_, x1, y0, y1] = view.bounds();
-                polygons(
-                    &[vec![
-                        [0.0, y0 - 1.0],
-                        [x1.max(0.0) + 1.0, y0 - 1.0],
-                        [x1.max(0.0) + 1.0, y1 + 1.0],
-                        [0.0, y1 + 1.0],
-                    ]],
-                    view,
-                )
-            }
+            Self::Plate => draw_plate(view),
         }
     }
 }
 
-/// Both wedges as far as the view goes, the rounding of their tips in steps of a hundredth of the view.
+/// The plate as far as the view goes.
+fn draw_plate(view: &View) -> String {
+    let [_, x1, y0, y1] = view.bounds();
+    let (low, left, right) = (x1.max(0.0) + 1.0, y0 - 1.0, y1 + 1.0);
+    polygons(&[vec![[0.0, left], [low, left], [low, right], [0.0, right]]], view)
+}
+
+/// Both wedges as far as the view goes, in a hundred steps, so that their tips look round.
 fn draw_wedges(channel: &Channel, view: &View) -> String {
     let [x0, x1, y0, y1] = view.bounds();
     let (sin, cos) = libm::sincos(channel.angle.to_radians());
@@ -80,7 +75,7 @@ fn draw_wedges(channel: &Channel, view: &View) -> String {
     polygons(&[wedge(1.0), wedge(-1.0)], view)
 }
 
-/// Walls with straight outlines.
+/// Walls with straight sides.
 fn polygons(outlines: &[Vec<[f64; 2]>], view: &View) -> String {
     let draw = |outline: &Vec<[f64; 2]>| {
         let points = outline.iter().map(|&[x, y]| view.place(x, y)).map(|[u, v]| format!("{u:.2},{v:.2}"));
@@ -94,12 +89,12 @@ fn draw_discs(array: &ObstacleArray, view: &View, outline: &Outline) -> String {
     let [x0, x1, y0, y1] = view.bounds();
     let radius = array.radius;
     let mut discs = Vec::new();
-    // Periodic images are drawn where the droplet is.
+    // The array is periodic: this finds the images that are in view.
     array.for_each_in([0.0; 2], [x0 - radius, x1 + radius, y0 - radius, y1 + radius], |disc| discs.push(disc));
     discs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let draw = |disc: &crate::physics::walls::disc::Disc| {
+    let draw = |disc: &Disc| {
         let reach = radius + 0.6;
-        let bears = |load: &crate::results::outline::LoadRecord| {
+        let bears = |load: &LoadRecord| {
             load.obstacle == disc.id && (load.x - disc.x).abs() < reach && (load.y - disc.y).abs() < reach
         };
         let style = if outline.loads.iter().any(bears) { format!("fill=\"{LOADED}\"") } else { String::new() };
@@ -108,6 +103,7 @@ fn draw_discs(array: &ObstacleArray, view: &View, outline: &Outline) -> String {
     let width = (0.006 * view.scale).clamp(0.2, 1.2);
     let drawn: String = discs.iter().map(draw).collect();
     format!(
-        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n{drawn}</g>\n"
+        "<g class=\"obstacles\" fill=\"{OBSTACLE}\" stroke=\"{OBSTACLE_EDGE}\" stroke-width=\"{width:.2}\">\n\
+         {drawn}</g>\n"
     )
 }

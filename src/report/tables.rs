@@ -4,24 +4,18 @@
 //! sorted by those columns. The lines under the last table say what the columns mean.
 
 use crate::parameters::{Point, Scene};
-use crate::report::parameters::{Split, split};
+use crate::report::parameters::split;
 use crate::report::rounding::{lower_bound, significant, to_precision, with_interval};
+use crate::report::text_table::{NOTHING, TextTable};
 use crate::results::fits::{LambdaFit, SpeedAverage};
 use crate::results::trajectory::Mechanism;
-use crate::study::survival::FittedPoint;
-use comfy_table::{CellAlignment, ContentArrangement, Table};
+use crate::study::fits::FittedPoint;
 
 /// Below this probability a row is marked.
 const DOUBTFUL: f64 = 0.05;
 
 /// Width to which titles and footnotes are broken.
 const WIDTH: usize = 100;
-
-/// What a cell shows where there is no answer.
-const NOTHING: &str = "-";
-
-/// Lines above and below the table and under its head, none between rows or columns.
-const LINES: &str = "  ── ──      ──    ";
 
 const LAMBDA_NOTE: &str = "\
 lambda     decay length of the survival probability P(r) = exp(-r/lambda), in sigma, by maximum
@@ -41,7 +35,8 @@ const SPEED_NOTE: &str = "\
 
 /// The tables of decay lengths.
 ///
-/// Rows whose survival is hardly exponential (p < 0.05) bear a star, explained below with the number chance would give.
+/// Rows whose survival is hardly exponential (p < 0.05) bear a star. A line below says how many there are, and how many
+/// chance alone would give.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
     tables("Decay lengths", points, &headers, lambda_cells, lambda_notes)
@@ -65,7 +60,7 @@ fn lambda_cells(row: &FittedPoint) -> Vec<String> {
         (None, Some(low), _) => (Some(lower_bound(low)), None),
         _ => (None, None),
     };
-    // Both endings are of one width, so that the digits stay aligned.
+    // Both endings have the same width, so that the digits stay aligned.
     let p_text = |p: f64| {
         let number = if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") };
         number + if p < DOUBTFUL { " *" } else { "  " }
@@ -81,7 +76,7 @@ fn lambda_cells(row: &FittedPoint) -> Vec<String> {
     ]
 }
 
-/// `10/85/5`: percentages of the clogs that hold by wrap, squeeze and hybrid, of those where that is known.
+/// `10/85/5`: percentages of the clogs that hold by wrap, squeeze and hybrid, among those whose mechanism is known.
 fn shares(row: &FittedPoint) -> Option<String> {
     let known: Vec<Mechanism> = row.point.runs.iter().filter_map(|run| run.mechanism).collect();
     let percent = |wanted| {
@@ -103,7 +98,7 @@ fn lambda_notes(rows: &[&FittedPoint]) -> String {
         "* p < {DOUBTFUL} in {doubtful} of {tested} rows tested, where chance alone gives {by_chance} on average: \
          there one lambda may not describe P(r)."
     );
-    format!("{LAMBDA_NOTE}{}", wrap(&footnote))
+    format!("{LAMBDA_NOTE}{}\n", wrap(&footnote))
 }
 
 fn speed_cells(speed: &SpeedAverage) -> Vec<String> {
@@ -116,7 +111,7 @@ fn speed_cells(speed: &SpeedAverage) -> Vec<String> {
         (Some(v_g), ..) => significant(v_g, 2),
         _ => NOTHING.to_owned(),
     };
-    // Ca is v_g times a constant, and as uncertain.
+    // Ca is v_g times a constant, so both have the same relative uncertainty.
     let ca_text = |ca: f64| match (half_width, speed.v_g) {
         (Some(width), Some(v_g)) if v_g > 0.0 => to_precision(ca, ca * width / v_g),
         _ => significant(ca, 2),
@@ -146,9 +141,11 @@ fn tables(
         let rows: Vec<&FittedPoint> = points.iter().filter(|row| kind(row) == wanted).collect();
         let parameters: Vec<&Point> = rows.iter().map(|row| &row.point.point).collect();
         let split = split(&parameters);
-        let title = format!("{what}, {}: {}", kind_in_words(parameters[0]), split.constant.join(", "));
-        let body = body(&split, &rows, headers, &cells);
-        format!("{}{body}\n", wrap(&title))
+        let title = wrap(&format!("{what}, {}: {}", kind_in_words(parameters[0]), split.constant.join(", ")));
+        let headers = split.varying.iter().chain(headers).map(|&name| name.to_owned()).collect();
+        let row = |&i: &usize| split.rows[i].iter().cloned().chain(cells(rows[i])).collect();
+        let rows = split.order.iter().map(row).collect();
+        TextTable { title, headers, rows, names: 0 }.text()
     };
     let all: Vec<&FittedPoint> = points.iter().collect();
     format!("{}{}", kinds.iter().map(table).collect::<Vec<_>>().join("\n"), notes(&all))
@@ -164,18 +161,7 @@ fn kind_in_words(point: &Point) -> String {
     format!("{} in {scene}", point.model.name())
 }
 
-fn body(split: &Split, rows: &[&FittedPoint], headers: &[&str], cells: impl Fn(&FittedPoint) -> Vec<String>) -> String {
-    let mut table = Table::new();
-    table.load_preset(LINES).set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(split.varying.iter().chain(headers));
-    for &i in &split.order {
-        table.add_row(split.rows[i].iter().cloned().chain(cells(rows[i])));
-    }
-    table.column_iter_mut().for_each(|column| column.set_cell_alignment(CellAlignment::Right));
-    table.to_string()
-}
-
-/// The text in lines of at most [`WIDTH`] characters, each ended; broken at spaces, not at no-break spaces.
+/// The text in lines of at most [`WIDTH`] characters, broken at spaces but not at no-break spaces.
 fn wrap(text: &str) -> String {
     let mut lines = String::new();
     let mut length = 0;
@@ -189,6 +175,5 @@ fn wrap(text: &str) -> String {
         lines.push_str(word);
         length += word_length;
     }
-    lines.push('\n');
     lines.replace('\u{a0}', " ")
 }

@@ -1,6 +1,7 @@
 //! What part of the world a picture shows, and where in it a point of the world is drawn.
 //!
-//! Droplets fall: gravity, the +x of the world, points down, and +y points right, a rotation by a quarter turn.
+//! The picture is the world turned by a quarter, so that droplets fall: gravity, which is +x, points down, and +y
+//! points right.
 
 use crate::results::outline::Outline;
 
@@ -13,7 +14,7 @@ const PATH_MARGIN: f64 = 1.0;
 /// Least width and height of what is shown, in sigma.
 const LEAST: [f64; 2] = [3.4, 3.2];
 
-/// Least and most width of a picture, and most height, in pixels.
+/// Least width, greatest width and greatest height of a picture, in pixels.
 const PIXELS: [f64; 3] = [600.0, 1000.0, 1500.0];
 
 /// Largest scale, in pixels per sigma.
@@ -21,7 +22,7 @@ const LARGEST_SCALE: f64 = 200.0;
 
 /// A window on the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// x of the upper edge.
     pub top: f64,
     /// y of the left edge.
@@ -34,7 +35,7 @@ pub struct View {
     pub scale: f64,
 }
 
-/// The droplet's box; a soft particle is a disc of diameter sigma.
+/// The box around a droplet; a soft particle is a disc of diameter sigma.
 fn bounds(outline: &Outline) -> [f64; 4] {
     let [x0, x1, y0, y1] = outline.bounds();
     let r = if outline.x.len() > 1 { 0.0 } else { 0.5 };
@@ -50,15 +51,15 @@ impl View {
         Self { top: 0.5 * (x0 + x1 - height), left: 0.5 * (y0 + y1 - width), width, height, scale }
     }
 
-    /// Around the droplet, with more room where it came from.
-    pub fn around(outline: &Outline) -> Self {
+    /// A window around the droplet, with more room where it came from.
+    pub(crate) fn around(outline: &Outline) -> Self {
         let [x0, x1, y0, y1] = bounds(outline);
         let [above, below, beside] = MARGINS;
         Self::on([x0 - above, x1 + below, y0 - beside, y1 + beside])
     }
 
-    /// The whole path, `[t, x, y]`, and the droplets.
-    pub fn whole(path: &[[f64; 3]], outlines: &[Outline]) -> Self {
+    /// A window on the whole path `[t, x, y]` and all droplets.
+    pub(crate) fn whole(path: &[[f64; 3]], outlines: &[Outline]) -> Self {
         let points = path.iter().map(|&[_, x, y]| [x, x, y, y]);
         let all = points
             .chain(outlines.iter().map(bounds))
@@ -67,8 +68,8 @@ impl View {
         Self::on([x0 - PATH_MARGIN, x1 + PATH_MARGIN, y0 - PATH_MARGIN, y1 + PATH_MARGIN])
     }
 
-    /// Windows of one size that follow the droplet from outline to outline: each holds its droplet, centred.
-    pub fn following(outlines: &[Outline]) -> Vec<Self> {
+    /// Windows of one size, one for each outline, with the droplet in the middle.
+    pub(crate) fn following(outlines: &[Outline]) -> Vec<Self> {
         let views: Vec<Self> = outlines.iter().map(Self::around).collect();
         let width = views.iter().fold(0.0_f64, |width, view| width.max(view.width));
         let height = views.iter().fold(0.0_f64, |height, view| height.max(view.height));
@@ -82,17 +83,17 @@ impl View {
     }
 
     /// Where the point (x, y) of the world is drawn.
-    pub fn place(&self, x: f64, y: f64) -> [f64; 2] {
+    pub(crate) fn place(&self, x: f64, y: f64) -> [f64; 2] {
         [(y - self.left) * self.scale, (x - self.top) * self.scale]
     }
 
     /// Size in pixels.
-    pub fn size(&self) -> [f64; 2] {
+    pub(crate) fn size(&self) -> [f64; 2] {
         [(self.width * self.scale).round(), (self.height * self.scale).round()]
     }
 
-    /// The box `[x_min, x_max, y_min, y_max]` it shows.
-    pub fn bounds(&self) -> [f64; 4] {
+    /// The box `[x_min, x_max, y_min, y_max]` that it shows.
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         [self.top, self.top + self.height, self.left, self.left + self.width]
     }
 }

@@ -1,5 +1,6 @@
-//! What a fit reads and what it answers, a row per grid point: shared by the store, which keeps the rows, and the
-//! analysis, which computes them.
+//! What a study reads of finished runs, and the rows that it answers with, one for each grid point.
+//!
+//! The store reads the runs and keeps the rows; the studies of survival and of speed compute one from the other.
 
 use crate::parameters::{Point, PointId};
 use crate::results::trajectory::{Mechanism, Outcome, Samples};
@@ -37,7 +38,7 @@ pub struct FinishedRun {
 pub struct LambdaFit {
     /// Finished runs.
     pub runs: u32,
-    /// Those that clogged; the others are censored at their displacement.
+    /// Runs that clogged; the others are censored at their displacement.
     pub clogs: u32,
     /// Maximum-likelihood lambda = (sum of all r)/clogs, in sigma; `None` when nothing clogged.
     pub lambda: Option<f64>,
@@ -47,9 +48,9 @@ pub struct LambdaFit {
     pub lambda_high: Option<f64>,
     /// The paper's estimate: least squares of the Kaplan-Meier P(r) on exp(-r/lambda).
     pub lambda_least_squares: Option<f64>,
-    /// Probability of a deviation from the exponential at least as large as the one seen, if it were exponential.
+    /// Probability that clogs are spread as unevenly as these, or more so, if survival is exponential.
     pub p_exponential: Option<f64>,
-    /// Runs in total that would give an interval of +-10%, were the clogged share to stay as it is.
+    /// Runs in total that narrow the interval to +-10%, at the present share of clogs.
     pub runs_for_ten_percent: Option<u32>,
 }
 
@@ -58,7 +59,7 @@ pub struct LambdaFit {
 pub struct SpeedAverage {
     /// Finished runs.
     pub runs: u32,
-    /// Those that flowed to their limit, the ones averaged.
+    /// Runs that ended without a clog and are averaged.
     pub flowing: u32,
     /// <v_g>/V_t; `None` when nothing flowed.
     pub v_g: Option<f64>,
@@ -70,12 +71,12 @@ pub struct SpeedAverage {
     pub ca: Option<f64>,
 }
 
-/// Everything that one job left, its time series included: what accuracy is judged by.
+/// What one job left: a summary of the run or the reason of its failure, and its time series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunRecord {
     /// Seed of the run.
     pub seed: u64,
-    /// How it ended; `None` of a failure.
+    /// How it ended; `None` if it failed.
     pub outcome: Option<Outcome>,
     /// Why it failed, if it did.
     pub error: Option<String>,
@@ -89,8 +90,8 @@ pub struct RunRecord {
     pub ek_ratio_end: f64,
     /// Depth on the plate.
     pub delta_s: Option<f64>,
-    /// Seconds it took.
+    /// Seconds that the run took on one thread.
     pub wall_s: f64,
-    /// Its time series, where they were asked for.
+    /// Its time series; empty unless the reader asked for them.
     pub samples: Samples,
 }

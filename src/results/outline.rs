@@ -1,4 +1,19 @@
-//! The outline of a droplet at one instant, and the loads it rests on: what is kept to be looked at, and judged, later.
+//! The outline of a droplet at one instant, and the loads that it rests on.
+//!
+//! Outlines are kept so that people can look at a droplet later, and so that the mechanism of a clog can be judged.
+//!
+//! A square of side 1, its corners counter-clockwise:
+//!
+//! ```
+//! use meniscus::results::outline::Outline;
+//! let square = Outline { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Outline::default() };
+//! assert_eq!(square.centroid(), [5.5, 1.5]);
+//! assert_eq!(square.bounds(), [5.0, 6.0, 1.0, 2.0]);
+//! assert!(square.contains(5.1, 1.9) && !square.contains(4.9, 1.5) && !square.contains(5.5, 2.1));
+//! // A soft particle is one point.
+//! let point = Outline { x: vec![3.0], y: vec![4.0], ..Outline::default() };
+//! assert_eq!(point.centroid(), [3.0, 4.0]);
+//! ```
 
 use serde::{Deserialize, Serialize};
 
@@ -11,22 +26,22 @@ pub struct Outline {
     pub x: Vec<f64>,
     /// y of each vertex.
     pub y: Vec<f64>,
-    /// Loads, by the order of the obstacles.
+    /// The loads that obstacles carry, in the order of the obstacles.
     pub loads: Vec<LoadRecord>,
 }
 
-/// The load that one obstacle carries.
+/// The load that one obstacle carries, as it is kept with an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadRecord {
     /// Which obstacle of the scene.
     pub obstacle: u32,
-    /// Where it acts on average, x.
+    /// x of the point where the force acts on average.
     pub x: f64,
-    /// The same, y.
+    /// y of that point.
     pub y: f64,
-    /// Force on the droplet, x; the weight of the droplet is pi/4.
+    /// x of the force on the droplet, whose weight is pi/4.
     pub fx: f64,
-    /// Force on the droplet, y.
+    /// y of the force on the droplet.
     pub fy: f64,
     /// Angle by which the surface turns along the contact, in radians.
     pub turn: f64,
@@ -39,7 +54,7 @@ impl LoadRecord {
 }
 
 impl Outline {
-    /// Whether all numbers are finite and every x has its y.
+    /// Whether there is a vertex, every x has its y, and all numbers are finite.
     pub fn is_sound(&self) -> bool {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         self.x.len() == self.y.len()
@@ -67,7 +82,7 @@ impl Outline {
         [x0 + moment[0] / (3.0 * twice_area), y0 + moment[1] / (3.0 * twice_area)]
     }
 
-    /// Whether the point lies inside the ring: its winding number is not zero.
+    /// Whether the point lies inside the ring, that is, whether the ring winds round it.
     pub fn contains(&self, px: f64, py: f64) -> bool {
         let winding = self.edges(px, py).map(|[[ax, ay], [bx, by]]| {
             let cross = ax * by - bx * ay;
@@ -76,7 +91,7 @@ impl Outline {
         winding.sum::<i32>() != 0
     }
 
-    /// Smallest box around it: `[x_min, x_max, y_min, y_max]`.
+    /// The smallest box around the vertices: `[x_min, x_max, y_min, y_max]`.
     pub fn bounds(&self) -> [f64; 4] {
         let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
         let ([x0, x1], [y0, y1]) = (ends(&self.x), ends(&self.y));
@@ -96,17 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_square_has_its_centroid_and_tells_inside_from_outside() {
-        let square = Outline { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Default::default() };
-        assert_eq!(square.centroid(), [5.5, 1.5]);
-        assert_eq!(square.bounds(), [5.0, 6.0, 1.0, 2.0]);
-        assert!(square.contains(5.1, 1.9) && !square.contains(4.9, 1.5) && !square.contains(5.5, 2.1));
-        let point = Outline { x: vec![3.0], y: vec![4.0], ..Default::default() };
-        assert_eq!(point.centroid(), [3.0, 4.0]);
-    }
-
-    #[test]
-    fn an_outline_with_a_number_that_is_none_is_not_sound() {
+    fn an_outline_with_a_number_that_is_not_finite_is_not_sound() {
         let load = LoadRecord { obstacle: 0, x: 0.0, y: 0.0, fx: 0.0, fy: 0.0, turn: 0.0 };
         let good = Outline { t: 1.0, x: vec![0.0], y: vec![0.0], loads: vec![load] };
         assert!(good.is_sound());

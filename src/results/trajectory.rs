@@ -1,4 +1,4 @@
-//! What one run produced: its outcome, its summary numbers, its clog, its recorded samples; or its failure.
+//! The result of one run: a [`Trajectory`] with its outcome, summary numbers, clog and samples, or a [`Failure`].
 
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct Trajectory {
     pub r_end: f64,
     /// Time at the end, in t0.
     pub t_end: f64,
-    /// Mean speed after the start-up, slope of r(t), in units of V_t; `None` if there are too few samples.
+    /// Mean speed after the start-up, the slope of r(t), in V_t; `None` if there are too few samples.
     pub v_g_mean: Option<f64>,
     /// E_k/E_t at the end.
     pub ek_ratio_end: f64,
@@ -37,13 +37,14 @@ pub struct Trajectory {
     pub area_error_max: Option<f64>,
     /// Largest recorded overlap with an obstacle, in sigma.
     pub overlap_max: f64,
-    /// Largest rise of the total energy over its lowest value before; round-off and O(dt^2) unless unstable.
+    /// Largest rise of the total energy above its lowest earlier value; a stable run has round-off and O(dt^2) only.
     pub energy_rise_max: f64,
-    /// Lowest E_k/E_t at a check; it starts at rest, which does not count.
+    /// Lowest E_k/E_t at a check after the start; the rest before the start does not count.
     pub ek_ratio_min: f64,
-    /// When an obstacle was first seen inside the ring, in t0; never, unless the campaign says `engulfed = "record"`.
+    /// When an obstacle was first seen inside the ring, in t0; `None` if that never happened. Such a run goes on only
+    /// where the campaign says `engulfed = "record"`; elsewhere it fails.
     pub engulfed_t: Option<f64>,
-    /// Stretches or sub-steps of time that the integrator refused and took again in smaller ones.
+    /// Stretches of Verlet steps, or single implicit steps, that were refused and taken again in smaller ones.
     pub refused: u64,
     /// Depth the droplet sank on the plate; `None` elsewhere.
     pub delta_s: Option<f64>,
@@ -53,7 +54,7 @@ pub struct Trajectory {
     pub clog: Option<Clog>,
     /// Recorded time series.
     pub samples: Samples,
-    /// Kept outlines, by time; the last is that at the end.
+    /// Kept outlines, by time; the last one is the outline at the end.
     pub outlines: Vec<Outline>,
 }
 
@@ -70,7 +71,7 @@ pub struct Clog {
     pub y: f64,
     /// E_k/E_t.
     pub ek_ratio: f64,
-    /// Shape parameter; `None` for SP.
+    /// Shape parameter A; `None` for SP.
     pub shape: Option<f64>,
     /// Number of obstacles that carry load.
     pub contacts: u32,
@@ -85,11 +86,11 @@ pub enum Mechanism {
     Wrap,
     /// Two obstacles on either side of a throat carry it.
     Squeeze,
-    /// Anything else.
+    /// Any other clog.
     Hybrid,
 }
 
-/// Recorded time series, a column each, all of one length. Units: t0, sigma, V_t.
+/// Recorded time series, one column for each quantity, all of one length. Units: t0, sigma, V_t.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Samples {
     /// Time.
@@ -104,7 +105,7 @@ pub struct Samples {
     pub v_g: Vec<f64>,
     /// E_k/E_t.
     pub ek_ratio: Vec<f64>,
-    /// Shape parameter; empty for SP.
+    /// Shape parameter A; empty for SP.
     pub shape: Vec<f64>,
     /// a/a0 - 1; empty for SP.
     pub area_error: Vec<f64>,
@@ -120,7 +121,7 @@ pub struct Failure {
     pub reason: String,
     /// The time step at which it was noticed.
     pub step: u64,
-    /// The last sound outline of the droplet, if it came so far.
+    /// The last sound outline of the droplet, if there was one.
     pub outline: Option<Box<Outline>>,
 }
 
@@ -144,11 +145,11 @@ pub enum FailureClass {
 macro_rules! names {
     ($kind:ident { $($variant:ident = $name:literal),+ $(,)? }) => {
         impl $kind {
-            /// The name used in tables and files.
+            /// Its name in tables and files.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name),+ }
             }
-            /// The kind of that name.
+            /// The variant of that name.
             pub fn from_name(name: &str) -> Option<Self> {
                 match name { $($name => Some(Self::$variant),)+ _ => None }
             }

@@ -1,7 +1,8 @@
-//! Mean speed of a grid point: the mean over its runs that flow, each the slope of its r(t) after the start-up.
+//! Mean speed of a grid point: the mean over its runs that flow. The speed of a run is the slope of its r(t) after the
+//! start-up.
 //!
-//! **Interval.** Ten arrays a point are common, and a plain percentile bootstrap of ten values is too narrow. Coverage
-//! of nominal 95% intervals for ten values (4000 sets each):
+//! **Interval.** Ten arrays a point are common, and the interval of a plain percentile bootstrap of ten values is too
+//! narrow. Coverage of nominal 95% intervals for ten values (4000 sets each):
 //!
 //! | | normal | log-normal (0.5) | exponential |
 //! |---|---|---|---|
@@ -10,14 +11,14 @@
 //! | studentised (used) | 95% | 94% | 94% |
 //!
 //! Each resample gives `t* = (its mean - mean)/(its standard error)`, and with the quantiles of t* the interval is
-//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, e the standard error of the mean. A resample of one value repeated has
-//! no t*; where those are more than 1%, as they are of four values or fewer, there is no interval.
+//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, where e is the standard error of the mean. A resample that repeats one
+//! value has no t*. If more than 1% of the resamples are such, as is the case for four values or fewer, there is no
+//! interval.
 
 use crate::parameters::Model;
 use crate::results::fits::{PointRuns, SpeedAverage};
 use crate::results::trajectory::Outcome;
 use crate::study::random::index;
-use crate::study::survival::count;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
@@ -26,10 +27,10 @@ const FEWEST_RUNS: usize = 5;
 
 /// Number of resamples: the 250th from either end bound the central 95%.
 ///
-/// The seed being fixed, their chance is the same for all points; with fewer it would shift all intervals together.
+/// The seed is fixed, so all points share the luck of these draws; fewer draws would shift all intervals together.
 const RESAMPLES: usize = 9999;
 
-/// Most resamples that may be one value repeated, 1%: of five different values 0.16% are, of four 1.6%.
+/// Most resamples that may repeat one value, 1%: of five different values 0.16% do, of four 1.6%.
 const MOST_REPEATED: usize = RESAMPLES / 100;
 
 /// Seed of the bootstrap.
@@ -38,6 +39,24 @@ const SEED: u64 = 0x0073_7065_6564;
 /// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have one, with a 95% interval.
 ///
 /// `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP. The interval needs five such runs.
+///
+/// Two runs flow at 0.6 and 0.8 V_t, the third clogs:
+///
+/// ```
+/// use meniscus::parameters::{Deformable, Model, Point, Scene};
+/// use meniscus::results::{fits::{FinishedRun, PointRuns}, trajectory::Outcome};
+/// use meniscus::study::speed::speed_average;
+///
+/// let run = |seed, outcome, speed| {
+///     FinishedRun { seed, outcome, r_end: 60.0, t_end: 100.0, v_g_mean: Some(speed), mechanism: None }
+/// };
+/// let runs = vec![run(0, Outcome::Distance, 0.6), run(1, Outcome::TimeLimit, 0.8), run(2, Outcome::Clogged, 0.1)];
+/// let point = Point::new(Model::Deformable(Deformable::of_tension(0.5)), Scene::Plate);
+/// let average = speed_average(&PointRuns { point_id: point.id(), point, runs });
+/// assert_eq!((average.flowing, average.runs), (2, 3));
+/// assert!((average.v_g.unwrap() - 0.7).abs() < 1e-12);
+/// assert!((average.ca.unwrap() - 0.7 * std::f64::consts::PI / 2.0).abs() < 1e-12);
+/// ```
 pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     let flowed = |outcome| matches!(outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
     let flowing = point.runs.iter().filter(|run| flowed(run.outcome));
@@ -51,8 +70,8 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
         Model::Soft(_) => None,
     };
     SpeedAverage {
-        runs: count(point.runs.len()),
-        flowing: count(speeds.len()),
+        runs: point.runs.len() as u32,
+        flowing: speeds.len() as u32,
         v_g,
         v_g_low: interval.map(|(low, _)| low),
         v_g_high: interval.map(|(_, high)| high),
@@ -60,7 +79,8 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     }
 }
 
-/// The 95% interval of the mean by the studentised bootstrap; `None` of fewer than five values, or if most are equal.
+/// The 95% interval of the mean by the studentised bootstrap; `None` if there are fewer than five values or most are
+/// equal.
 fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
     if values.len() < FEWEST_RUNS {
         return None;
@@ -72,7 +92,7 @@ fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
     for _ in 0..RESAMPLES {
         resample.fill_with(|| values[index(&mut random, values.len())]);
         let (mean, own_error) = mean_and_error(&resample);
-        // One value repeated has no error but round-off.
+        // The standard error of one value repeated is round-off.
         if own_error > 1e-6 * error {
             deviations.push((mean - centre) / own_error);
         }

@@ -1,9 +1,9 @@
 //! Files of frames and what is written beside them: the fitted profile as CSV, the plot as SVG and PNG.
 
-use crate::report::{profile_plot, raster};
+use crate::report::profile_plot::{self, TrialPlot};
+use crate::report::raster;
 use crate::study::calibrate::TrialFit;
 use crate::study::calibrate::frames::{self, FramesError, Trial};
-use crate::study::calibrate::profile::Profile;
 use std::collections::HashSet;
 use std::error::Error;
 use std::io::Write;
@@ -45,7 +45,8 @@ impl Error for BadFrames {}
 pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {
     let (mut sheets, mut errors, mut seen) = (Vec::new(), Vec::new(), HashSet::new());
     for path in paths {
-        match frames::load(path) {
+        let bytes = std::fs::read(path).map_err(|source| FramesError::Unreadable { path: path.clone(), source });
+        match bytes.and_then(|bytes| frames::parse(&path.display().to_string(), bytes)) {
             Ok(trials) => {
                 let [csv, svg, png] = ["fit.csv", "fit.svg", "fit.png"].map(|kind| path.with_extension(kind));
                 sheets.push(Sheet { path: path.clone(), trials, csv, svg, png });
@@ -88,25 +89,13 @@ impl Sheet {
             }
         }
         write_whole(&self.csv, &out.into_inner()?)?;
-        let series: Vec<_> =
-            self.trials.iter().zip(fits).map(|(trial, (fit, name))| series(trial, fit, name)).collect();
+        let plots: Vec<_> =
+            self.trials.iter().zip(fits).map(|(trial, (fit, name))| TrialPlot::of(name, trial, fit)).collect();
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let title = format!("{name}: frames (points) and simulation (lines)");
-        let picture = profile_plot::svg(&title, &series);
+        let picture = profile_plot::svg(&title, &plots);
         write_whole(&self.svg, picture.as_bytes())?;
         write_whole(&self.png, &raster::png(&picture, ZOOM)?)
-    }
-}
-
-fn series(trial: &Trial, fit: &TrialFit, name: &str) -> profile_plot::Series {
-    let Profile { h, v_g, shape } = fit.profile.as_ref();
-    profile_plot::Series {
-        name: format!(
-            "{name}: gamma* = {:.4}, b0* = {:.4}, Delta_v = {:.4}, Delta_A = {:.4}",
-            fit.parameters.gamma, fit.parameters.b0, fit.deviation.v_g, fit.deviation.shape
-        ),
-        frames: trial.frames.iter().map(|frame| [frame.h, frame.v_g, frame.shape]).collect(),
-        curve: (0..h.len()).map(|k| [h[k], v_g[k], shape[k]]).collect(),
     }
 }
 

@@ -1,9 +1,10 @@
 //! One knob varied alone: its rungs from coarse to fine, their errors, and the order at which they fall.
 
 use crate::parameters::{Deformable, Model, Point};
+use crate::study::accuracy::observable::Observable;
 use crate::study::accuracy::order::Order;
-use crate::study::accuracy::study::{Observable, Study};
-use crate::study::accuracy::{Deviation, Measured, scale};
+use crate::study::accuracy::records::{Difference, PointRecords, scale};
+use crate::study::accuracy::scene::TestScene;
 
 /// What a ladder varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,11 +27,11 @@ pub enum Knob {
 
 impl Knob {
     /// All of them.
-    pub const ALL: [Self; 7] =
+    pub(crate) const ALL: [Self; 7] =
         [Self::NVertices, Self::Dt, Self::Implicit, Self::Kappa, Self::Eps, Self::EW, Self::EkThreshold];
 
     /// The last part of the names of its blocks.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::NVertices => "n_vertices",
             Self::Dt => "dt",
@@ -43,17 +44,17 @@ impl Knob {
     }
 
     /// The knob of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|knob| knob.name() == name)
     }
 
-    /// Whether it is one of what decides a step and what it costs; the others belong to the model.
-    pub const fn is_setting(self) -> bool {
+    /// Whether it decides what a step is and costs; the other knobs belong to the model.
+    pub(crate) const fn is_setting(self) -> bool {
         matches!(self, Self::NVertices | Self::Dt | Self::Implicit)
     }
 
     /// Its value at a point.
-    pub fn value(self, point: &Point) -> f64 {
+    pub(crate) fn value(self, point: &Point) -> f64 {
         let ring = |of: fn(&Deformable) -> f64| match &point.model {
             Model::Deformable(ring) => of(ring),
             Model::Soft(_) => f64::NAN,
@@ -71,8 +72,8 @@ impl Knob {
         }
     }
 
-    /// What falls to zero as it gets finer.
-    pub fn h(self, point: &Point) -> f64 {
+    /// The number that falls to zero as the knob gets finer.
+    pub(crate) fn h(self, point: &Point) -> f64 {
         match self {
             Self::NVertices | Self::EW => 1.0 / self.value(point),
             Self::Dt | Self::Implicit | Self::Kappa | Self::Eps | Self::EkThreshold => self.value(point),
@@ -84,11 +85,11 @@ impl Knob {
 #[derive(Clone, Debug)]
 pub struct Ladder {
     /// The scene.
-    pub study: Study,
+    pub scene: TestScene,
     /// The knob.
     pub knob: Knob,
     /// The points, coarse to fine.
-    pub rungs: Vec<Measured>,
+    pub rungs: Vec<PointRecords>,
     /// Its observables.
     pub columns: Vec<Column>,
 }
@@ -100,69 +101,85 @@ pub struct Column {
     pub observable: &'static Observable,
     /// Its value at each rung.
     pub values: Vec<Option<f64>>,
-    /// Its error at each rung, against the exact value or the finest rung; that one has none then.
-    pub errors: Vec<Option<Deviation>>,
+    /// Its error at each rung, against the exact value or against the finest rung, which then has none itself.
+    pub errors: Vec<Option<Difference>>,
     /// The order at which it converges.
     pub order: Option<Order>,
-    /// What the finest rung is still off by, as its errors are: from the order, or the last difference where there is no clear one, with two standard errors
-    /// of what can jump; 0 if errors are against the exact value.
+    /// What the finest rung itself is still off by, in the unit of the errors. It comes from the order, or is the last
+    /// difference where the order is not clear; two standard errors are added for an observable that can jump. It is 0
+    /// where errors are against the exact value.
     pub left_over: Option<f64>,
 }
 
 impl Ladder {
     /// Judges points that vary `knob`.
-    pub fn of(study: Study, knob: Knob, mut rungs: Vec<Measured>) -> Self {
+    pub(crate) fn of(scene: TestScene, knob: Knob, mut rungs: Vec<PointRecords>) -> Self {
         rungs.sort_by(|a, b| knob.h(&b.point).total_cmp(&knob.h(&a.point)));
-        // The time to a threshold is another one at every threshold.
+        // Every threshold has its own time to rest, so these cannot be compared.
         let compared = |observable: &&Observable| knob != Knob::EkThreshold || observable.name != "time to rest";
-        let columns = study.observables().iter().filter(compared).map(|o| Column::of(o, knob, &rungs)).collect();
-        Self { study, knob, rungs, columns }
+        let columns = scene.observables().iter().filter(compared).map(|o| Column::of(o, knob, &rungs)).collect();
+        Self { scene, knob, rungs, columns }
     }
 
     /// The finest rung.
-    pub fn reference(&self) -> Option<&Measured> {
+    pub(crate) fn reference(&self) -> Option<&PointRecords> {
         self.rungs.last()
     }
 }
 
 impl Column {
-    fn of(observable: &'static Observable, knob: Knob, rungs: &[Measured]) -> Self {
+    fn of(observable: &'static Observable, knob: Knob, rungs: &[PointRecords]) -> Self {
         let values: Vec<Option<f64>> = rungs.iter().map(|rung| rung.value(observable)).collect();
-        // Coarse rungs may have none; what counts is the unbroken end.
+        // Coarse rungs may have no value; the rungs after the last gap count.
         let sound = values.iter().rposition(Option::is_none).map_or(0, |last| last + 1);
         let h: Vec<f64> = rungs[sound..].iter().map(|rung| knob.h(&rung.point)).collect();
         let y: Vec<f64> = values[sound..].iter().flatten().copied().collect();
-        if let (Some(exact), Some(first)) = (observable.exact, rungs.first()) {
-            let exact = exact(&first.point);
-            let against = |value: Option<f64>| {
-                Some(Deviation { size: (value? - exact).abs() / scale(observable, exact), spread: 0.0 })
-            };
-            let errors: Vec<f64> = y.iter().map(|y| y - exact).collect();
-            return Self {
-                observable,
-                errors: values.iter().map(|value| against(*value)).collect(),
-                values,
-                order: Order::of_errors(&h, &errors, exact.abs()),
-                left_over: Some(0.0),
-            };
+        match (observable.exact, rungs) {
+            (Some(exact), [first, ..]) => Self::against_exact(observable, exact(&first.point), values, &h, &y),
+            _ => Self::against_finest(observable, rungs, values, &h, &y),
         }
-        let finest = rungs.last();
-        let errors: Vec<Option<Deviation>> = rungs
-            .iter()
-            .enumerate()
-            .map(|(k, rung)| {
-                finest.filter(|_| k + 1 < rungs.len()).and_then(|finest| rung.deviation(finest, observable))
-            })
-            .collect();
-        // Where arrays blur even the coarsest error there is no order.
-        let resolved = |error: &Deviation| error.spread == 0.0 || error.size > 2.0 * error.spread;
-        let order = Order::of_ladder(&h, &y).filter(|_| errors.iter().flatten().next().is_some_and(resolved));
-        let left_over = match y[..] {
-            [.., before, last] => {
-                let (difference, ratio) = ((before - last) / scale(observable, last), h[h.len() - 2] / h[h.len() - 1]);
+    }
+
+    fn against_exact(
+        observable: &'static Observable,
+        exact: f64,
+        values: Vec<Option<f64>>,
+        h: &[f64],
+        y: &[f64],
+    ) -> Self {
+        let size = |value: f64| (value - exact).abs() / scale(observable, exact);
+        let errors = values.iter().map(|value| value.map(|value| Difference { size: size(value), spread: 0.0 }));
+        let distances: Vec<f64> = y.iter().map(|y| y - exact).collect();
+        Self {
+            observable,
+            errors: errors.collect(),
+            values,
+            order: Order::of_errors(h, &distances, exact.abs()),
+            left_over: Some(0.0),
+        }
+    }
+
+    fn against_finest(
+        observable: &'static Observable,
+        rungs: &[PointRecords],
+        values: Vec<Option<f64>>,
+        h: &[f64],
+        y: &[f64],
+    ) -> Self {
+        let mut errors: Vec<Option<Difference>> = Vec::new();
+        if let [coarser @ .., finest] = rungs {
+            errors.extend(coarser.iter().map(|rung| rung.difference(finest, observable)));
+            errors.push(None);
+        }
+        // Where the spread over arrays hides even the coarsest error there is no order.
+        let resolved = |error: &Difference| error.spread == 0.0 || error.size > 2.0 * error.spread;
+        let order = Order::of_ladder(h, y).filter(|_| errors.iter().flatten().next().is_some_and(resolved));
+        let left_over = match (h, y) {
+            ([.., h_before, h_last], [.., before, last]) => {
+                let difference = (before - last) / scale(observable, *last);
                 let clear = order.filter(Order::is_clear);
-                let known = clear.map_or(difference.abs(), |order| order.left_over(difference, ratio));
-                // What may jump from rung to rung does so beyond the last one too.
+                let known = clear.map_or(difference.abs(), |order| order.left_over(difference, h_before / h_last));
+                // An observable that jumps from rung to rung may jump again beyond the last one.
                 let last_spread = errors[errors.len() - 2].map_or(0.0, |error| error.spread);
                 Some(known + if observable.can_jump { 2.0 * last_spread } else { 0.0 })
             }

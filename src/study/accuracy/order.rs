@@ -1,8 +1,9 @@
 //! Observed orders of convergence, and how far the finest value still is from the limit.
 //!
-//! On a ladder of constant ratio `q = h_k/h_{k+1}` a value `y(h) = y_0 + C h^p` has differences of neighbours
-//! `y_k - y_{k+1} = C h_k^p (1 - q^-p)`: in logarithms a straight line of slope p, whatever y_0. A fit of the errors against the finest value
-//! would be steeper than p, for that value has an error too. Against an exact value the errors themselves are fitted.
+//! On a ladder of constant ratio `q = h_k/h_{k+1}` a value `y(h) = y_0 + C h^p` has differences of neighbours `y_k -
+//! y_{k+1} = C h_k^p (1 - q^-p)`: in logarithms a straight line of slope p, whatever y_0. A fit of the errors against
+//! the finest value would be steeper than p, because that value has an error too. Where an exact value is known, the
+//! errors against it are fitted.
 //!
 //! ```
 //! use meniscus::study::accuracy::order::Order;
@@ -37,7 +38,8 @@ pub struct Order {
 }
 
 impl Order {
-    /// From values on a ladder of constant ratio, coarse to fine; `None` of fewer than three, of uneven ratios, or where nothing but rounding is left.
+    /// From values on a ladder of constant ratio, coarse to fine; `None` of fewer than three, of uneven ratios, or
+    /// where nothing but rounding is left.
     pub fn of_ladder(h: &[f64], y: &[f64]) -> Option<Self> {
         let ratio = h.first()? / h.get(1)?;
         let even = h.windows(2).all(|pair| (pair[0] / pair[1] / ratio - 1.0).abs() < UNEVEN);
@@ -46,7 +48,7 @@ impl Order {
     }
 
     /// From errors against an exact value that is about `scale`.
-    pub fn of_errors(h: &[f64], errors: &[f64], scale: f64) -> Option<Self> {
+    pub(super) fn of_errors(h: &[f64], errors: &[f64], scale: f64) -> Option<Self> {
         Self::fit(h.iter().copied().zip(errors.iter().copied()), scale)
     }
 

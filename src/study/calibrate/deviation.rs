@@ -1,11 +1,13 @@
 //! How far a simulated profile lies from the frames of an experiment ([C24] eqs 13, 14).
 //!
-//! `Delta_v = sqrt(1/n sum_i ((v_sim(h_i) - v_i)/e_i)^2)` over the n frames, and Delta_A the same of the shape parameter. v is in V_t; e_i are the
-//! standard errors of the frames, or 1 where the file gives none: the deviations then are absolute, in V_t and in units of A.
+//! `Delta_v = sqrt(1/n sum_i ((v_sim(h_i) - v_i)/e_i)^2)` over the n frames, and Delta_A is the same for the shape
+//! parameter. v is in V_t; e_i are the standard errors of the frames, or 1 where the file gives none. The deviations
+//! are then absolute, in V_t and in units of A.
 //!
-//! **A droplet that stays stuck.** It never comes to the frames beyond the place where it rests. There its speed counts as 0 and its shape as
-//! the last one; and what the search minimises is `Delta_v (1 + missed)`, with the distance missed to the last frame. The
-//! stiffer the droplet, the sooner it rests, so this falls towards the droplets that pass.
+//! **A droplet that stays stuck** never comes to the frames beyond the place where it rests. At these frames its speed
+//! counts as 0 and its shape is the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the
+//! distance from that place to the last frame. Stiffer droplets rest sooner, so this cost falls towards the droplets
+//! that pass.
 
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Parameters, Profile};
@@ -14,11 +16,11 @@ use nalgebra::{Matrix2, Vector2};
 /// Deviations of a profile from a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
-    /// Delta_v, in V_t or, where the frames have errors, in those.
+    /// Delta_v, in V_t, or in standard errors where the frames have these.
     pub v_g: f64,
-    /// Delta_A, absolute or in errors.
+    /// Delta_A, absolute, or in standard errors where the frames have these.
     pub shape: f64,
-    /// How far the droplet stayed behind the last frame, in sigma; zero if it came there.
+    /// How far before the last frame the droplet came to rest, in sigma; zero if it came there.
     pub missed: f64,
 }
 
@@ -45,19 +47,24 @@ impl Deviation {
         Self { v_g, shape, missed: (trial.range()[1] - profile.reach()).max(0.0) }
     }
 
-    /// What the search minimises: Delta_v, more for a droplet that stays behind.
-    pub fn cost(&self) -> f64 {
+    /// What the search minimises: Delta_v, and more for a droplet that stays stuck.
+    pub(super) fn cost(&self) -> f64 {
         self.v_g * (1.0 + self.missed)
     }
 }
 
 /// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum, whatever the noise of each frame.
 ///
-/// With the deviations `r_i = (v_sim(h_i) - v_i)/e_i` and the derivatives `g_i = (dv/dGamma, dv/db0)/e_i` of the simulated speeds, by
-/// differences between profiles `[lower, upper]` in each parameter, the covariance is `n/(n - 2) H^-1 (sum_i r_i^2 g_i g_i^T) H^-1`, `H = sum_i g_i g_i^T`
-/// (White, Econometrica 48, 817 (1980)): noise that grows with the speed would make the usual `s^2 H^-1` too small. `None` if a
-/// profile does not reach the frames, or the frames do not tell the parameters apart.
-pub fn curvature_errors(
+/// Let `r_i = (v_sim(h_i) - v_i)/e_i` be the deviations and `g_i = (dv/dGamma, dv/db0)/e_i` the derivatives of the
+/// simulated speeds, from the difference of two profiles `[lower, upper]` in each parameter. The covariance is
+///
+/// ```text
+/// n/(n - 2) H^-1 (sum_i r_i^2 g_i g_i^T) H^-1,   H = sum_i g_i g_i^T   (White, Econometrica 48, 817 (1980)).
+/// ```
+///
+/// The usual `s^2 H^-1` would be too small for noise that grows with the speed. `None` if a profile does not reach the
+/// frames, or if the frames do not tell the parameters apart.
+pub(super) fn curvature_errors(
     trial: &Trial,
     best: &Profile,
     neighbours: [[(Parameters, &Profile); 2]; 2],
@@ -75,7 +82,7 @@ pub fn curvature_errors(
         curvature += square;
         noise += square * (deviation * deviation);
     }
-    // The share of the determinant that the correlation of both slopes leaves.
+    // Slopes that are proportional to each other make the determinant vanish.
     let told_apart = curvature.determinant() > 1e-12 * curvature[(0, 0)] * curvature[(1, 1)];
     let inverse = curvature.try_inverse().filter(|_| told_apart)?;
     let n = trial.frames.len() as f64;

@@ -1,21 +1,23 @@
-//! Gamma and b0 of a droplet from an experiment: its frames, speed and shape against position in one constriction, are
-//! compared with simulated passages, and the parameters of least deviation are what the droplet had ([C24] 3.1, eqs 13, 14).
+//! Gamma and b0 of a droplet that was filmed. Its frames, speed and shape against position in one constriction, are
+//! compared with simulated passages; the parameters of least deviation are the answer ([C24] 3.1, eqs 13, 14).
 //!
 //! ```text
 //! frames (CSV) -> search (grid, then Nelder-Mead): profile (simulation) -> deviation -> fit of each trial -> spread
 //! ```
+//!
+//! The modules are named in this order; read [`frames`] first.
 
 pub mod deviation;
 pub mod frames;
 pub mod profile;
-pub mod search;
+pub(crate) mod search;
 
 use crate::parameters::Point;
-use deviation::{Deviation, curvature_errors};
-use frames::Trial;
-use profile::{Laboratory, Parameters, Profile};
+use crate::study::calibrate::deviation::{Deviation, curvature_errors};
+use crate::study::calibrate::frames::Trial;
+use crate::study::calibrate::profile::{Laboratory, Parameters, Profile};
+use crate::study::calibrate::search::{Ranges, SearchGrid};
 use rayon::prelude::*;
-use search::{Grid, Ranges};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 
@@ -27,7 +29,7 @@ const TAIL: f64 = 0.025;
 
 /// The fit of one trial.
 #[derive(Clone, Debug)]
-pub struct TrialFit {
+pub(crate) struct TrialFit {
     /// Gamma* and b0*.
     pub parameters: Parameters,
     /// Delta_v and Delta_A there.
@@ -36,40 +38,41 @@ pub struct TrialFit {
     pub profile: Arc<Profile>,
 }
 
-/// A parameter over all trials.
+/// Gamma* or b0*, from the fits of all trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
+pub(crate) struct FittedParameter {
     /// Mean over the trials.
     pub value: f64,
-    /// Standard deviation over the trials, or standard error of the one trial; `None` if it cannot be had.
+    /// Standard deviation over the trials, or the standard error of a single trial where there is one.
     pub spread: Option<f64>,
-    /// 95% interval.
+    /// 95% interval, where there is a spread.
     pub interval: Option<[f64; 2]>,
 }
 
 /// What a calibration found.
 #[derive(Clone, Debug)]
-pub struct Calibration {
+pub(crate) struct Calibration {
     /// The fits, in the order of the trials.
     pub fits: Vec<TrialFit>,
     /// Gamma*.
-    pub gamma: Estimate,
+    pub gamma: FittedParameter,
     /// b0*.
-    pub b0: Estimate,
+    pub b0: FittedParameter,
     /// Where the simulated droplets started and ended, in sigma.
     pub window: [f64; 2],
     /// Simulations made, and how many of them failed.
     pub simulations: [usize; 2],
-    /// Names of the parameters that lie at an end of their range.
+    /// Names of the parameters that lie at an end of their range in any fit.
     pub at_the_end: Vec<&'static str>,
 }
 
 /// Why there is no fit.
 #[derive(Debug, thiserror::Error)]
-pub enum CalibrateError {
+pub(crate) enum CalibrateError {
     /// No droplet of the grid could be simulated.
     #[error(
-        "none of the {0} simulations came to an end, so there is nothing to compare; try other values of --gamma, or a larger --kappa"
+        "none of the {0} simulations came to an end, so there is nothing to compare; \
+         try other values of --gamma, or a larger --kappa"
     )]
     NothingRuns(usize),
     /// The optimiser gave up.
@@ -79,19 +82,19 @@ pub enum CalibrateError {
 
 /// Fits Gamma and b0 to every trial by least Delta_v, on the threads of the current rayon pool.
 ///
-/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. `watch` hears of
-/// every simulation that ends how many have. The answer does not depend on the number of threads.
+/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. Whenever a simulation
+/// ends, `watch` is called with their number so far. The answer does not depend on the number of threads.
 ///
 /// # Errors
 /// [`CalibrateError`].
-pub fn calibrate(
+pub(crate) fn calibrate(
     trials: &[Trial],
     template: &Point,
     ranges: &Ranges,
     watch: &(dyn Fn(usize) + Sync),
 ) -> Result<Calibration, CalibrateError> {
     let laboratory = Laboratory::new(template.clone(), trials, watch);
-    let grid = Grid::simulate(ranges, &laboratory, trials);
+    let grid = SearchGrid::simulate(ranges, &laboratory, trials);
     let fits: Vec<TrialFit> =
         trials.par_iter().map(|trial| fit(trial, &grid, &laboratory, ranges)).collect::<Result<_, _>>()?;
     let errors = match (trials, fits.as_slice()) {
@@ -111,7 +114,12 @@ pub fn calibrate(
     Ok(Calibration { gamma, b0, window, simulations, at_the_end, fits })
 }
 
-fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges) -> Result<TrialFit, CalibrateError> {
+fn fit(
+    trial: &Trial,
+    grid: &SearchGrid,
+    laboratory: &Laboratory<'_>,
+    ranges: &Ranges,
+) -> Result<TrialFit, CalibrateError> {
     let found = search::minimise(grid, laboratory, trial, ranges);
     let found = found.map_err(|error| CalibrateError::Search(error.to_string()))?;
     let nothing = || CalibrateError::NothingRuns(laboratory.count()[0]);
@@ -120,7 +128,8 @@ fn fit(trial: &Trial, grid: &Grid, laboratory: &Laboratory<'_>, ranges: &Ranges)
     Ok(TrialFit { parameters, deviation: Deviation::between(&profile, trial), profile })
 }
 
-/// Errors of the fit of a single trial, from four more profiles round it; one side serves where the other stays stuck.
+/// Standard errors of the fit of a single trial, from four more profiles around it. Where a droplet on one side stays
+/// stuck, the fit itself stands in for it.
 fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> Option<[f64; 2]> {
     let Parameters { gamma, b0 } = fit.parameters;
     let (dg, db) = (STEPS[0] * gamma, (STEPS[1] * b0).max(STEPS[2]));
@@ -140,22 +149,31 @@ fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> 
     curvature_errors(trial, &fit.profile, [[g0, g1], [b0, b1]])
 }
 
-/// An estimate from one trial of `n` frames, whose interval is that of Student's t with n - 2 degrees of freedom.
-fn of_one(value: f64, error: f64, n: usize) -> Estimate {
+/// From one trial of `n` frames; the interval is that of Student's t with n - 2 degrees of freedom.
+fn of_one(value: f64, error: f64, n: usize) -> FittedParameter {
     let reach = student((n - 2) as f64).map(|t| t * error);
-    Estimate { value, spread: Some(error), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+    FittedParameter {
+        value,
+        spread: Some(error),
+        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
+    }
 }
 
-/// Mean, standard deviation (n - 1), and interval of the mean by Student's t with n - 1 degrees of freedom.
-fn of_many(values: &[f64]) -> Estimate {
+/// From n trials: their mean, standard deviation (n - 1), and the interval of the mean by Student's t with n - 1
+/// degrees of freedom.
+fn of_many(values: &[f64]) -> FittedParameter {
     let n = values.len() as f64;
     let value = values.iter().sum::<f64>() / n;
     if values.len() < 2 {
-        return Estimate { value, spread: None, interval: None };
+        return FittedParameter { value, spread: None, interval: None };
     }
     let spread = (values.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (n - 1.0)).sqrt();
     let reach = student(n - 1.0).map(|t| t * spread / n.sqrt());
-    Estimate { value, spread: Some(spread), interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]) }
+    FittedParameter {
+        value,
+        spread: Some(spread),
+        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
+    }
 }
 
 /// The quantile of Student's t that bounds a 95% interval.
@@ -163,7 +181,8 @@ fn student(freedom: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom).ok().map(|t| t.inverse_cdf(1.0 - TAIL))
 }
 
-/// Which parameters of any fit lie within 1% of an end of their range; b0 = 0 is no such end.
+/// Which parameters of any fit lie within 1% of an end of their range. The end b0 = 0 does not count: nothing lies
+/// beyond.
 fn at_the_end(fits: &[TrialFit], ranges: &Ranges) -> Vec<&'static str> {
     let near = |value: f64, end: f64| (value - end).abs() <= 0.01 * end;
     let gamma = |fit: &TrialFit| {

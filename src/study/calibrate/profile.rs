@@ -15,13 +15,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Time between two samples of a profile, in t0: at twice V_t the droplet goes 0.02 sigma in it.
 const SAMPLE_EVERY: f64 = 0.25;
 
-/// E_k/E_t at which a droplet counts as stuck. At 1e-5 of V_t it would need 3000 t0 for a thousandth of sigma.
+/// E_k/E_t at which a droplet counts as stuck: at 1e-5 V_t, it takes 3000 t0 for a thousandth of sigma.
 const STUCK: f64 = 1e-10;
 
-/// A simulation that takes so many times as long as the experiment is ended.
+/// A simulated passage may take this many times as long as the experiment; then it ends.
 const PATIENCE: f64 = 2.0;
 
-/// Slowest speed, in V_t, that counts in the time an experiment took.
+/// Slower frames count as this fast in the time that an experiment took, in V_t.
 const SLOWEST: f64 = 1e-3;
 
 /// Room before the first contact and before the first frame, and after the last, in sigma.
@@ -39,7 +39,7 @@ pub struct Parameters {
 /// A simulated profile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Profile {
-    /// Position of the centroid, in sigma; rises.
+    /// Position of the centroid, in sigma, in increasing order.
     pub h: Vec<f64>,
     /// Speed, in V_t.
     pub v_g: Vec<f64>,
@@ -48,8 +48,8 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The samples that go further than all before them: a droplet that trembles has many speeds at one place.
-    pub fn of(samples: &Samples) -> Self {
+    /// The samples that go further than all before them, because a droplet that trembles has many speeds at one place.
+    pub(crate) fn of(samples: &Samples) -> Self {
         let mut profile = Self::default();
         for ((&h, &v_g), &shape) in samples.h.iter().zip(&samples.v_g).zip(&samples.shape) {
             if h > profile.reach() {
@@ -62,7 +62,7 @@ impl Profile {
     }
 
     /// How far the droplet came.
-    pub fn reach(&self) -> f64 {
+    pub(super) fn reach(&self) -> f64 {
         self.h.last().copied().unwrap_or(f64::NEG_INFINITY)
     }
 
@@ -80,7 +80,7 @@ impl Profile {
 /// Profiles by the bits of gamma and b0.
 type Known = HashMap<[u64; 2], Result<Arc<Profile>, Failure>>;
 
-/// A channel in which a droplet of any parameters can be let through; what was once computed is kept.
+/// A channel in which droplets of any parameters can be simulated; every profile is computed once.
 pub struct Laboratory<'w> {
     template: Point,
     known: Mutex<Known>,
@@ -90,11 +90,11 @@ pub struct Laboratory<'w> {
 }
 
 impl<'w> Laboratory<'w> {
-    /// A channel as in `template`, with its ends and its time limit taken from the frames; `watch` hears of every simulation
-    /// that ends how many have.
+    /// A channel as in `template`, with its ends and its time limit taken from the frames. Whenever a simulation ends,
+    /// `watch` is called with their number so far.
     ///
-    /// The droplet starts half a diameter before it can touch the wedges, or a quarter before the first frame if that is
-    /// earlier: its inertia is forgotten within V_t^2, so that a longer way would change nothing.
+    /// The droplet starts half a diameter before it can touch the wedges, or a quarter before the first frame if that
+    /// is earlier. It forgets how it started within V_t^2, so a longer way would change nothing.
     pub fn new(mut template: Point, trials: &[Trial], watch: &'w (dyn Fn(usize) + Sync)) -> Self {
         let ends = |[low, high]: [f64; 2], [first, last]: [f64; 2]| [low.min(first), high.max(last)];
         let [first, last] = trials.iter().map(Trial::range).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
@@ -111,7 +111,7 @@ impl<'w> Laboratory<'w> {
     }
 
     /// Where simulations start and end, in sigma.
-    pub fn window(&self) -> [f64; 2] {
+    pub(super) fn window(&self) -> [f64; 2] {
         match &self.template.scene {
             Scene::Channel(channel) => [channel.h_start, channel.h_end],
             Scene::Obstacles(_) | Scene::Plate | Scene::Disc(_) => [0.0; 2],
@@ -119,7 +119,7 @@ impl<'w> Laboratory<'w> {
     }
 
     /// The grid point of these parameters.
-    pub fn point(&self, parameters: Parameters) -> Point {
+    fn point(&self, parameters: Parameters) -> Point {
         let mut point = Point { b0: parameters.b0, ..self.template.clone() };
         if let Model::Deformable(ring) = &mut point.model {
             ring.gamma = parameters.gamma;
@@ -129,7 +129,7 @@ impl<'w> Laboratory<'w> {
         point
     }
 
-    /// The profile of a droplet, simulated unless known.
+    /// The profile of a droplet of these parameters.
     ///
     /// # Errors
     /// The [`Failure`] of the simulation.
@@ -150,8 +150,8 @@ impl<'w> Laboratory<'w> {
         profile
     }
 
-    /// How many profiles were asked for, and how many of them could not be computed.
-    pub fn count(&self) -> [usize; 2] {
+    /// How many profiles were computed, and how many of these simulations failed.
+    pub(super) fn count(&self) -> [usize; 2] {
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         [known.len(), known.values().filter(|profile| profile.is_err()).count()]
     }

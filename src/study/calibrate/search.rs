@@ -1,7 +1,7 @@
 //! The search for Gamma and b0: a coarse grid shared by all trials, then Nelder-Mead from its best points.
 //!
-//! Delta_v trembles a little and jumps where droplets begin to stay stuck, so the search takes no derivatives. It
-//! moves in `(ln Gamma, sqrt b0)`: Gamma stays positive, and b0 = 0 is no edge but a mirror.
+//! Delta_v trembles a little and jumps where droplets begin to stay stuck, so the search takes no derivatives. It moves
+//! in `(ln Gamma, sqrt b0)`, which keeps Gamma positive and turns the edge b0 = 0 into a mirror.
 
 use crate::study::calibrate::deviation::Deviation;
 use crate::study::calibrate::frames::Trial;
@@ -21,7 +21,7 @@ const COLUMNS: usize = 3;
 /// Grid points from which the search goes on, for each trial.
 const STARTS: usize = 2;
 
-/// The simplex begins so large, in steps of the grid.
+/// Size of the first simplex, in steps of the grid.
 const SIMPLEX: f64 = 0.5;
 
 /// The search ends when the costs at the corners of the simplex differ by so little of the first one.
@@ -30,23 +30,16 @@ const TOLERANCE: f64 = 2e-3;
 /// Most steps of a search.
 const MOST_STEPS: u64 = 40;
 
-/// Cost where there is no profile: out of range, or a failed simulation.
+/// Cost of parameters that are out of range or whose simulation failed.
 const NOWHERE: f64 = 1e9;
 
-/// Where Gamma and b0 are looked for.
+/// Where Gamma and b0 are looked for. The droplets of [C24] have Gamma from 0.16 to 1.7 and b0 from 0.064 to 0.21.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ranges {
-    /// Of Gamma; above 0.
+pub(crate) struct Ranges {
+    /// Range of Gamma; above 0.
     pub gamma: RangeInclusive<f64>,
-    /// Of b0; from 0 upwards.
+    /// Range of b0; from 0 upwards.
     pub b0: RangeInclusive<f64>,
-}
-
-impl Default for Ranges {
-    /// Gamma from 0.1 to 5, b0 from 0 to 0.3: the paper's droplets have 0.16 to 1.7 and 0.064 to 0.21.
-    fn default() -> Self {
-        Self { gamma: 0.1..=5.0, b0: 0.0..=0.3 }
-    }
 }
 
 /// The coordinates of the search.
@@ -58,23 +51,23 @@ fn parameters([x, y]: [f64; 2]) -> Parameters {
     Parameters { gamma: libm::exp(x), b0: y * y }
 }
 
-/// A grid point and its profile.
+/// A point of the grid and its profile, if its simulation did not fail.
 pub(super) struct Node {
     at: [f64; 2],
     profile: Option<Arc<Profile>>,
 }
 
-/// The grid and what its points gave.
-pub(super) struct Grid {
+/// A grid over the ranges, simulated.
+pub(super) struct SearchGrid {
     step: [f64; 2],
     nodes: Vec<Node>,
 }
 
-impl Grid {
+impl SearchGrid {
     /// Simulates the grid, softest droplets first, a row at a time in parallel.
     ///
-    /// Drag does not change where a droplet can rest. So when the one with the least drag stays behind the last frames of all trials,
-    /// stiffer ones would, too, and are left out.
+    /// Drag does not change where a droplet can rest. When the droplet with the least drag of a row rests before the
+    /// last frames of all trials, stiffer droplets would too, so their rows are left out.
     pub(super) fn simulate(ranges: &Ranges, laboratory: &Laboratory<'_>, trials: &[Trial]) -> Self {
         let corner = |gamma: f64, b0: f64| coordinates(Parameters { gamma, b0 });
         let low = corner(*ranges.gamma.start(), *ranges.b0.start());
@@ -136,7 +129,7 @@ impl CostFunction for Objective<'_> {
 /// # Errors
 /// Those of the optimiser.
 pub(super) fn minimise(
-    grid: &Grid,
+    grid: &SearchGrid,
     laboratory: &Laboratory<'_>,
     trial: &Trial,
     ranges: &Ranges,
@@ -150,10 +143,10 @@ pub(super) fn minimise(
     Ok(best.map(|(at, _)| parameters(at)))
 }
 
-/// Nelder-Mead from one point, in a simplex that reaches towards softer droplets: stiffer ones may not pass.
+/// Nelder-Mead from one point. The first simplex reaches towards softer droplets, because stiffer ones may not pass.
 fn descend(objective: Objective<'_>, at: [f64; 2], cost: f64, step: [f64; 2]) -> Result<([f64; 2], f64), Error> {
     let [x, y] = at;
-    // On the far edge of the range the simplex must reach inwards.
+    // At the edge of the range the simplex must reach inwards.
     let inwards = if y - SIMPLEX * step[1] >= 0.0 { -1.0 } else { 1.0 };
     let softer = if libm::exp(x - SIMPLEX * step[0]) >= *objective.ranges.gamma.start() { -1.0 } else { 1.0 };
     let simplex = vec![vec![x, y], vec![x + softer * SIMPLEX * step[0], y], vec![x, y + inwards * SIMPLEX * step[1]]];

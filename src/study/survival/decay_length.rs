@@ -1,18 +1,31 @@
 //! Exponential survival `P(r) = exp(-r/lambda)` ([C24] eq. 16) by maximum likelihood, with right censoring.
 //!
-//! A run that clogs contributes the density `exp(-r/lambda)/lambda`, any other the probability `exp(-r/lambda)` to have
-//! got at least as far as it did. With `S` the sum of all r and `d` the number of clogs the log-likelihood is
+//! A run that clogs contributes the density `exp(-r/lambda)/lambda`. Any other run contributes the probability
+//! `exp(-r/lambda)` of getting at least as far as it did. With `S` the sum of all r and `d` the number of clogs, the
+//! log-likelihood is
 //!
 //! ```text
 //! L(lambda) = -d ln(lambda) - S/lambda,      largest at lambda = S/d.
 //! ```
 //!
 //! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. In `x = lambda/(S/d)`
-//! that is `d (ln x + 1/x - 1) <= 1.92`: its relative ends depend on d alone. Without a clog the one-sided bound is the
-//! lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) = S/3.00`.
+//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend on d alone. Without a clog, the one-sided bound is
+//! the lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) =
+//! S/3.00`.
+//!
+//! ```
+//! use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
+//! let life = |r, clogged| Lifetime { r, clogged };
+//! let two_clogs = Lifetimes::new(vec![life(1.0, true), life(3.0, true), life(8.0, false)]);
+//! assert!(matches!(maximum_likelihood(&two_clogs), DecayLength::Measured { lambda: 6.0, .. }));
+//! let none = Lifetimes::new(vec![life(100.0, false), life(200.0, false)]);
+//! // 300/2.9957
+//! assert!(matches!(maximum_likelihood(&none), DecayLength::Above(bound) if (bound - 100.14).abs() < 0.01));
+//! ```
 
 use crate::results::fits::FinishedRun;
 use crate::results::trajectory::Outcome;
+use crate::study::bisection::bisect;
 
 /// Half the 95% quantile of chi-squared with one degree of freedom.
 const HALF_CHI_SQUARED: f64 = 3.841_458_820_694_124 / 2.0;
@@ -25,7 +38,7 @@ const CLOGS_FOR_TEN_PERCENT: f64 = 384.16;
 pub struct Lifetime {
     /// Displacement at the end, in sigma, not negative.
     pub r: f64,
-    /// Whether it clogged there; otherwise it would have gone on, nobody knows how far.
+    /// Whether it clogged there; if not, it would have gone on by an unknown distance.
     pub clogged: bool,
 }
 
@@ -37,7 +50,7 @@ impl Lifetimes {
     /// Lifetimes in any order; a negative displacement counts as 0.
     pub fn new(mut lifetimes: Vec<Lifetime>) -> Self {
         for life in &mut lifetimes {
-            // Unlike f64::max this keeps a NaN, so that it shows in the result.
+            // f64::max would turn a NaN into 0; here it stays, so that the result shows it.
             life.r = if life.r > 0.0 || life.r.is_nan() { life.r } else { 0.0 };
         }
         lifetimes.sort_by(|a, b| a.r.total_cmp(&b.r).then(b.clogged.cmp(&a.clogged)));
@@ -47,13 +60,13 @@ impl Lifetimes {
     /// The lifetimes of finished runs: every outcome but [`Outcome::Clogged`] is censored at its displacement.
     ///
     /// A droplet that settles a little behind its start (`r_end < 0`) has gone no distance: its r is 0.
-    pub fn of_runs(runs: &[FinishedRun]) -> Self {
+    pub(super) fn of_runs(runs: &[FinishedRun]) -> Self {
         let life = |run: &FinishedRun| Lifetime { r: run.r_end, clogged: run.outcome == Outcome::Clogged };
         Self::new(runs.iter().map(life).collect())
     }
 
     /// The lifetimes, in order.
-    pub fn as_slice(&self) -> &[Lifetime] {
+    pub(super) fn as_slice(&self) -> &[Lifetime] {
         &self.0
     }
 
@@ -68,12 +81,12 @@ impl Lifetimes {
     }
 
     /// Number of clogs, d.
-    pub fn clogs(&self) -> usize {
+    pub(super) fn clogs(&self) -> usize {
         self.0.iter().filter(|life| life.clogged).count()
     }
 
     /// Sum of all displacements, S, in sigma.
-    pub fn total(&self) -> f64 {
+    pub(super) fn total(&self) -> f64 {
         self.0.iter().map(|life| life.r).sum()
     }
 }
@@ -117,26 +130,15 @@ fn relative_interval(clogs: usize) -> (f64, f64) {
     // With u = ln x: u + exp(-u) - 1 = drop, at least u^2/2 on the left of 0 and at least u - 1 on the right.
     let drop = HALF_CHI_SQUARED / clogs as f64;
     let excess = |u: f64| u + libm::expm1(-u) - drop;
-    let low = root(excess, -(2.0 * drop).sqrt(), 0.0);
-    let high = root(excess, 0.0, drop + 1.0);
+    let root = |[a, b]: [f64; 2]| 0.5 * (a + b);
+    let low = root(bisect(excess, -(2.0 * drop).sqrt(), 0.0));
+    let high = root(bisect(excess, 0.0, drop + 1.0));
     (libm::exp(low), libm::exp(high))
 }
 
-/// The root of `f` between `a` and `b`, where it changes sign, by bisection to the last bit.
-fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
-    let sign = f(a) > 0.0;
-    loop {
-        let middle = 0.5 * (a + b);
-        if middle <= a || middle >= b {
-            return middle;
-        }
-        if (f(middle) > 0.0) == sign { a = middle } else { b = middle }
-    }
-}
-
 /// Runs in total for `1.96/sqrt(d) = 10%`, that is 384.16 clogs, at the present share of clogs; `None` without a clog.
-pub fn runs_for_ten_percent(runs: usize, clogs: usize) -> Option<u32> {
-    // The conversion saturates, at four thousand million runs.
+pub(super) fn runs_for_ten_percent(runs: usize, clogs: usize) -> Option<u32> {
+    // The conversion saturates at the largest u32, about four thousand million runs.
     (clogs > 0).then(|| (CLOGS_FOR_TEN_PERCENT * runs as f64 / clogs as f64).ceil() as u32)
 }
 
@@ -196,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_displacement_that_is_no_number_shows_in_the_result() {
+    fn a_displacement_that_is_not_a_number_shows_in_the_result() {
         let fit = maximum_likelihood(&lifetimes(&[f64::NAN, 1.0], &[]));
         assert!(matches!(fit, DecayLength::Measured { lambda, .. } if lambda.is_nan()));
     }

@@ -1,7 +1,19 @@
 //! Survival curve without a model: the Kaplan-Meier product-limit estimator.
 //!
-//! At each displacement where `d` of the `n` droplets still under way clog, `P` falls by the factor `1 - d/n`.
-//! A run that ends unclogged leaves the count `n` without a step; one that ends where another clogs still counts there.
+//! At each displacement where `d` of the `n` droplets still under way clog, `P` falls by the factor `1 - d/n`. A run
+//! that ends without a clog lowers the count `n` of later steps and makes no step itself. If it ends exactly where
+//! another clogs, it still counts at that step.
+//!
+//! Of three droplets two clog, at 1 and 3, and one is cut off at 2: P falls to 2/3, and then, with one droplet left, to
+//! 0.
+//!
+//! ```
+//! use meniscus::study::survival::{decay_length::{Lifetime, Lifetimes}, kaplan_meier::steps};
+//! let life = |r, clogged| Lifetime { r, clogged };
+//! let curve = steps(&Lifetimes::new(vec![life(1.0, true), life(2.0, false), life(3.0, true)]));
+//! assert_eq!((curve[0].r, curve[0].at_risk, curve[0].survival), (1.0, 3, 2.0 / 3.0));
+//! assert_eq!((curve[1].r, curve[1].at_risk, curve[1].survival), (3.0, 1, 0.0));
+//! ```
 
 use crate::study::survival::decay_length::{Lifetime, Lifetimes};
 

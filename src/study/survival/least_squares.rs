@@ -1,14 +1,24 @@
 //! The paper's estimate of lambda: `exp(-r/lambda)` fitted to the survival curve itself ([C24] eq. 16).
 //!
-//! Minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, P_i taken just
-//! after the step. Steps are not independent and not equally sure, so this is for comparison; it has no interval.
+//! It minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, with P_i just
+//! after the step. Steps are neither independent nor equally certain, so this estimate is for comparison and has no
+//! interval.
+//!
+//! One step is met exactly: `exp(-3/lambda) = 1/e` at lambda = 3.
+//!
+//! ```
+//! use meniscus::study::survival::{kaplan_meier::Step, least_squares::lambda};
+//! let step = Step { r: 3.0, survival: (-1.0_f64).exp(), variance: None, at_risk: 1, events: 1 };
+//! assert!((lambda(&[step]).unwrap() - 3.0).abs() < 1e-6);
+//! ```
 
 use crate::study::survival::kaplan_meier::Step;
 
-/// Points of the first search; the exponential varies over unit lengths of `ln lambda`, far more than their distance.
+/// Intervals of the first search. Their length is far below 1, the length of `ln lambda` over which the exponential
+/// varies.
 const GRID: usize = 200;
 
-/// Golden sections: 0.618^45 = 4e-10, and a minimum cannot be located better than to the root of the precision.
+/// Number of golden sections: 0.618^45 = 4e-10. Rounding hides where the minimum lies within 1e-8 or so.
 const SECTIONS: usize = 45;
 
 /// The lambda of least squares, in sigma.
@@ -17,7 +27,7 @@ const SECTIONS: usize = 45;
 pub fn lambda(steps: &[Step]) -> Option<f64> {
     let open = || steps.iter().filter(|step| step.r > 0.0 && step.survival > 0.0);
     let first = open().next()?.r;
-    // Beyond the lambda of the slowest step the exponential lies above every step, and Q only grows.
+    // Beyond the lambda of the slowest step the exponential lies above every step, and Q grows with lambda.
     let slowest = open().map(|step| -step.r / libm::log(step.survival)).fold(0.0, f64::max);
     let square = |ln_lambda: f64| {
         let lambda = libm::exp(ln_lambda);
@@ -28,6 +38,8 @@ pub fn lambda(steps: &[Step]) -> Option<f64> {
 }
 
 /// Where `f` is smallest between `a` and `b`: the best of a grid, then golden sections around it.
+///
+/// The solvers of `argmin` stop at a tolerance and would change the last digits of fits that stores hold already.
 fn minimum(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let spacing = (b - a) / GRID as f64;
     let at = |i: usize| a + spacing * i as f64;

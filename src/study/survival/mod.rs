@@ -1,42 +1,34 @@
-//! From finished runs to decay lengths and mean speeds: rows in, rows out; no SQL, no files, no clock.
-//!
-//! Every answer depends on its runs alone, not on their order nor on the number of threads: runs are sorted first, and
-//! the bootstrap draws from ChaCha8 with a fixed seed.
+//! How far a droplet gets before it clogs: the decay length `lambda` of the survival probability `P(r) =
+//! exp(-r/lambda)`.
 //!
 //! | question | answer |
 //! |---|---|
-//! | how far does a droplet get? | [`survival`]: `lambda` by maximum likelihood, with a profile-likelihood interval |
+//! | what is lambda? | [`decay_length`]: by maximum likelihood, with a profile-likelihood interval |
 //! | what does the curve look like? | [`kaplan_meier`] |
 //! | what would the paper have said? | [`least_squares`] |
-//! | is it exponential at all? | [`goodness`] |
-//! | how fast does it flow? | [`speed`] |
+//! | is the survival exponential at all? | [`goodness`] |
+//!
+//! Three droplets: two clog after 1 and 3 sigma, the third is cut off at 8, so that lambda is (1 + 3 + 8)/2.
+//!
+//! ```
+//! use meniscus::parameters::{Model, Point, Scene, Soft};
+//! use meniscus::results::{fits::{FinishedRun, PointRuns}, trajectory::Outcome};
+//! use meniscus::study::survival::lambda_fit;
+//!
+//! let run = |seed, outcome, r_end| FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean: None, mechanism: None };
+//! let runs = vec![run(0, Outcome::Clogged, 1.0), run(1, Outcome::Clogged, 3.0), run(2, Outcome::Distance, 8.0)];
+//! let point = Point::new(Model::Soft(Soft { e_w: 10.0 }), Scene::Plate);
+//! let fit = lambda_fit(&PointRuns { point_id: point.id(), point, runs });
+//! assert_eq!((fit.runs, fit.clogs, fit.lambda), (3, 2, Some(6.0)));
+//! ```
 
 pub mod decay_length;
 pub mod goodness;
 pub mod kaplan_meier;
 pub mod least_squares;
 
-use crate::results::fits::{LambdaFit, PointRuns, SpeedAverage};
-use crate::study::speed::speed_average;
-use decay_length::{DecayLength, Lifetimes};
-use rayon::prelude::*;
-
-/// A grid point with everything fitted to its runs.
-#[derive(Clone, Debug)]
-pub struct FittedPoint<'a> {
-    /// The point and its runs.
-    pub point: &'a PointRuns,
-    /// Decay length of its survival probability.
-    pub lambda: LambdaFit,
-    /// Mean speed of what flows.
-    pub speed: SpeedAverage,
-}
-
-/// Fits every point, in parallel over points; answers come in the order of the points.
-pub fn fit_all(points: &[PointRuns]) -> Vec<FittedPoint<'_>> {
-    let fit = |point| FittedPoint { point, lambda: lambda_fit(point), speed: speed_average(point) };
-    points.par_iter().map(fit).collect()
-}
+use crate::results::fits::{LambdaFit, PointRuns};
+use crate::study::survival::decay_length::{DecayLength, Lifetimes};
 
 /// The decay length of one point, in sigma, by every estimator there is.
 pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
@@ -47,8 +39,8 @@ pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
         DecayLength::Unknown => (None, None, None),
     };
     LambdaFit {
-        runs: count(lifetimes.len()),
-        clogs: count(lifetimes.clogs()),
+        runs: lifetimes.len() as u32,
+        clogs: lifetimes.clogs() as u32,
         lambda,
         lambda_low,
         lambda_high,
@@ -56,9 +48,4 @@ pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
         p_exponential: goodness::p_exponential(&lifetimes),
         runs_for_ten_percent: decay_length::runs_for_ten_percent(lifetimes.len(), lifetimes.clogs()),
     }
-}
-
-/// A number of runs as a column holds it.
-pub(super) fn count(runs: usize) -> u32 {
-    u32::try_from(runs).unwrap_or(u32::MAX)
 }

@@ -1,0 +1,88 @@
+//! The scenes that accuracy is measured in.
+
+use crate::campaign::choose::tolerance::Kind;
+use crate::study::accuracy::observable::{ARREST, CLOG, FLOW, FREE, Observable, PASSAGE, PLATE};
+
+/// A scene of the accuracy campaign, by the first part of its block's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TestScene {
+    /// A droplet that touches nothing.
+    Free,
+    /// A droplet passes a constriction, close to the threshold of passing.
+    Channel,
+    /// A droplet passes a constriction with more ease.
+    Passage,
+    /// A droplet stays stuck in a constriction.
+    Arrest,
+    /// An array in which nothing clogs.
+    Flow,
+    /// An array in which droplets clog.
+    Clog,
+    /// A soft particle on a plate.
+    Plate,
+}
+
+impl TestScene {
+    /// All of them.
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Free, Self::Channel, Self::Passage, Self::Arrest, Self::Flow, Self::Clog, Self::Plate];
+
+    /// The first part of the names of its blocks.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Channel => "channel",
+            Self::Passage => "passage",
+            Self::Arrest => "arrest",
+            Self::Flow => "flow",
+            Self::Clog => "clog",
+            Self::Plate => "plate",
+        }
+    }
+
+    /// The scene of that name.
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|scene| scene.name() == name)
+    }
+
+    /// What is read off its runs.
+    pub(crate) const fn observables(self) -> &'static [Observable] {
+        match self {
+            Self::Free => FREE,
+            Self::Channel | Self::Passage => PASSAGE,
+            Self::Arrest => ARREST,
+            Self::Flow => FLOW,
+            Self::Clog => CLOG,
+            Self::Plate => PLATE,
+        }
+    }
+
+    /// What happens in it.
+    pub(crate) const fn about(self) -> &'static str {
+        match self {
+            Self::Free => "A droplet that touches nothing",
+            Self::Channel => "A droplet squeezes through a constriction that it only just passes",
+            Self::Passage => "A droplet passes a constriction with more ease",
+            Self::Arrest => "A droplet stays stuck in a constriction, and comes to rest",
+            Self::Flow => "Arrays of obstacles in which nothing clogs, the same at every setting",
+            Self::Clog => "Arrays of obstacles in which droplets clog, the same at every setting",
+            Self::Plate => "A soft particle sinks onto a plate",
+        }
+    }
+
+    /// The kind of scene that it stands for in the table of `tolerance`; `None` if it stands for none.
+    pub(crate) const fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Free => Some(Kind::Free),
+            Self::Channel | Self::Passage => Some(Kind::Channel),
+            Self::Flow => Some(Kind::Flow),
+            Self::Clog => Some(Kind::Clog),
+            Self::Arrest | Self::Plate => None,
+        }
+    }
+
+    /// Whether its observables need time series.
+    pub(crate) const fn needs_samples(self) -> bool {
+        matches!(self, Self::Free | Self::Channel | Self::Passage | Self::Arrest)
+    }
+}

@@ -1,0 +1,23 @@
+//! Everything that is fitted to the runs of a grid point: its decay length and its mean speed.
+
+use crate::results::fits::{LambdaFit, PointRuns, SpeedAverage};
+use crate::study::speed::speed_average;
+use crate::study::survival::lambda_fit;
+use rayon::prelude::*;
+
+/// A grid point with everything fitted to its runs.
+#[derive(Clone, Debug)]
+pub struct FittedPoint<'a> {
+    /// The point and its runs.
+    pub point: &'a PointRuns,
+    /// Decay length of its survival probability.
+    pub lambda: LambdaFit,
+    /// Mean speed of the runs that did not clog.
+    pub speed: SpeedAverage,
+}
+
+/// Fits every point, in parallel over points; answers come in the order of the points.
+pub fn fit_all(points: &[PointRuns]) -> Vec<FittedPoint<'_>> {
+    let fit = |point| FittedPoint { point, lambda: lambda_fit(point), speed: speed_average(point) };
+    points.par_iter().map(fit).collect()
+}
