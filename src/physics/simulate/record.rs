@@ -22,18 +22,23 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-/// What a run has cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Effort {
+/// How a run ended, besides what was recorded on the way.
+#[derive(Clone, Debug)]
+pub(super) struct Ending {
+    pub(super) outcome: Outcome,
+    pub(super) t: f64,
+    /// What was seen at the end.
+    pub(super) seen: Observation,
+    pub(super) clog: Option<Clog>,
     /// Nominal time steps taken.
-    pub steps: u64,
+    pub(super) steps: u64,
     /// Stretches or sub-steps refused and taken again in smaller ones.
-    pub refused: u64,
+    pub(super) refused: u64,
 }
 
 /// Collects the record of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Recorder {
+pub(super) struct Recorder {
     v_t: f64,
     start_x: f64,
     samples: Samples,
@@ -48,7 +53,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// A record that begins with what is seen when gravity comes on.
-    pub fn new(point: &Point, begin: Observation) -> Self {
+    pub(super) fn new(point: &Point, begin: Observation) -> Self {
         let mut recorder = Self {
             v_t: point.v_t,
             start_x: begin.x,
@@ -68,17 +73,17 @@ impl Recorder {
     }
 
     /// Displacement along +x since the start, in sigma.
-    pub fn displacement(&self, seen: &Observation) -> f64 {
+    pub(super) fn displacement(&self, seen: &Observation) -> f64 {
         seen.x - self.start_x
     }
 
     /// E_k/E_t.
-    pub fn ek_ratio(&self, seen: &Observation) -> f64 {
+    pub(super) fn ek_ratio(&self, seen: &Observation) -> f64 {
         seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
     }
 
     /// Keeps the extremes.
-    pub fn watch(&mut self, seen: &Observation, energy_rise: f64) {
+    pub(super) fn watch(&mut self, seen: &Observation, energy_rise: f64) {
         let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
         self.shape_max = larger(self.shape_max, seen.shape);
         self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
@@ -88,12 +93,12 @@ impl Recorder {
     }
 
     /// Marks that an obstacle lies inside the ring at time `t`.
-    pub fn mark_engulfed(&mut self, t: f64) {
+    pub(super) fn mark_engulfed(&mut self, t: f64) {
         self.engulfed_t.get_or_insert(t);
     }
 
     /// Adds a sample.
-    pub fn record(&mut self, t: f64, seen: &Observation) {
+    pub(super) fn record(&mut self, t: f64, seen: &Observation) {
         let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
         let samples = &mut self.samples;
         samples.t.push(t);
@@ -107,34 +112,28 @@ impl Recorder {
     }
 
     /// Keeps an outline.
-    pub fn keep(&mut self, outline: Outline) {
+    pub(super) fn keep(&mut self, outline: Outline) {
         self.outlines.push(outline);
     }
 
-    /// The trajectory, ended by `outcome` at time `t`.
-    pub fn finish(
-        self,
-        outcome: Outcome,
-        t: f64,
-        effort: Effort,
-        seen: &Observation,
-        clog: Option<Clog>,
-    ) -> Trajectory {
+    /// The trajectory of a run that ended like this.
+    pub(super) fn finish(self, ending: Ending) -> Trajectory {
+        let Ending { outcome, t, seen, clog, steps, refused } = ending;
         Trajectory {
             outcome,
-            r_end: self.displacement(seen),
+            r_end: self.displacement(&seen),
             t_end: t,
             v_g_mean: slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t),
-            ek_ratio_end: self.ek_ratio(seen),
+            ek_ratio_end: self.ek_ratio(&seen),
             shape_max: self.shape_max,
             area_error_max: self.area_error_max,
             overlap_max: self.overlap_max,
             energy_rise_max: self.energy_rise_max,
             ek_ratio_min: self.ek_ratio_min,
             engulfed_t: self.engulfed_t,
-            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(seen)),
-            steps: effort.steps,
-            refused: effort.refused,
+            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(&seen)),
+            steps,
+            refused,
             clog,
             samples: self.samples,
             outlines: self.outlines,

@@ -47,8 +47,8 @@ impl RingForce for Hydrostatic {
         }
     }
 
-    /// `-M [S''/(6a) - (C_x/a) a'']`, sums over edges. What is left out, products of the gradients of S and a, acts only on changes of
-    /// the area, which K_a rules. The whole is indefinite, so none of it counts as positive.
+    /// `-M [S''/(6a) - (C_x/a) a'']`, sums over edges. Products of the gradients of S and a are left out: they act only on
+    /// changes of the area, which K_a rules. The whole is indefinite, so none of it counts as positive.
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
         if parts == Parts::Positive {
             return;
