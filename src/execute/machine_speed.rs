@@ -43,7 +43,8 @@ pub fn measure(instruction_set: InstructionSet) -> Speed {
     let point = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
     let mut soft = SoftMotion::start([9.8, 10.0], point, 1e-3, discs, instruction_set);
     Speed {
-        deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps, &never).unwrap_or_default()) / n as f64,
+        deformable_ns_per_vertex_step: fastest_ns(2000, |steps| deformable.advance(steps, &never).unwrap_or_default())
+            / n as f64,
         implicit_ns_per_vertex_newton: if still {
             step_ns / newton_steps_a_step.max(1.0) / n as f64
         } else {

@@ -68,7 +68,9 @@ impl Dump {
             .unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
         match ended {
             Ok(RunEnded::Finished(trajectory)) => Ok(Ok(trajectory.outcome)),
-            Ok(RunEnded::Stopped(_) | RunEnded::WrongSnapshot) => Err(ReplayError::NoJob(format!("the dump of {}", self.id))),
+            Ok(RunEnded::Stopped(_) | RunEnded::WrongSnapshot) => {
+                Err(ReplayError::NoJob(format!("the dump of {}", self.id)))
+            }
             Err(failure) => Ok(Err(SavedFailure::from(&failure))),
         }
     }

@@ -1,9 +1,12 @@
-//! Watches over an explicit integrator: a stretch of time in which the total energy rose is taken again in smaller steps.
+//! Watches over an explicit integrator: a stretch of time in which the total energy rose is taken again in smaller
+//! steps.
 //!
-//! The stability limit of a job ([`crate::physics::simulate::stability`]) adds up its effects one by one. Where vertices crowd,
-//! more of them may press on one another than it counts. Drag and integrator let the energy fall, and an instability shows as
-//! a rise. After [`PATIENCE`] quiet stretches the step doubles again. A run that is never refused has the same bits as without
-//! the guard. One that is depends on nothing but its job, as long as the stretches do.
+//! The stability limit of a job ([`crate::physics::simulate::stability`]) adds up its effects one by one. Where vertices
+//! crowd, more of them may press on one another than it counts. Drag and integrator let the energy fall, and an
+//! instability shows as a rise. After [`PATIENCE`] quiet stretches the step doubles again.
+//!
+//! A run that is never refused has the same bits as without the guard. A run with refusals, too, depends on nothing but its
+//! job, because the stretches do not.
 
 use crate::physics::motion::ring_state::{RingState, WrongState};
 use crate::physics::motion::step_control::{StepControl, WHOLE};
@@ -18,8 +21,8 @@ use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Rise of the total energy within a stretch that only an instability can cause, in g rho sigma^3: 0.6% of the work that
-/// gravity does on a droplet over one diameter.
+/// Rise of the total energy within a stretch that only an instability can cause, in g rho sigma^3: 0.6% of the work
+/// that gravity does on a droplet over one diameter.
 const RISE: f64 = 0.005;
 
 /// Most halvings: the smallest step is `dt/32`.
@@ -112,8 +115,8 @@ impl GuardedMotion {
 }
 
 impl Motion for GuardedMotion {
-    /// Takes a stretch of `steps` nominal time steps. If the energy rises even in the smallest steps, it fails as `unstable`;
-    /// the ring is then where the stretch began.
+    /// Takes a stretch of `steps` nominal time steps. If the energy rises even in the smallest steps, it fails as
+    /// `unstable`; the ring is then where the stretch began.
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
         self.saved.clone_from(&self.motion.ring);
         self.seen = None;

@@ -1,7 +1,7 @@
 //! How time advances, and how a droplet is put in place.
 //!
-//! This folder knows droplets and walls; it does not know how long a run is, or what is recorded of it. Read [`Motion`] first:
-//! whoever drives a droplet sees it only through that trait. Its implementations are:
+//! This folder knows droplets and walls; it does not know how long a run is, or what is recorded of it. Read [`Motion`]
+//! first: whoever drives a droplet sees it only through that trait. Its implementations are:
 //!
 //! | file | droplet and scheme |
 //! |---|---|
@@ -32,7 +32,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A droplet in motion, whatever its model and integrator.
 ///
 /// # Writing your own
-/// A droplet without an outline leaves `engulfed` and `ring` as they are; one whose steps are never refused leaves `refused`.
+/// A droplet without an outline leaves `engulfed` and `ring` as they are; one whose steps are never refused leaves
+/// `refused`.
 pub trait Motion {
     /// Takes `steps` nominal time steps. How a run is cut into calls must not change any bit of it.
     ///

@@ -1,8 +1,8 @@
 //! How a droplet is put among obstacles: blown up from the widest gap near the box centre ([C24] 2.4).
 //!
 //! A ring placed at full size could hold whole discs, which exert no force from inside. So a small ring that touches
-//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The job's
-//! own integrator does it, among walls as stiff as they will be.
+//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The
+//! job's own integrator does it, among walls as stiff as they will be.
 
 use crate::parameters::{Deformable, Integrator, MASS, Stepping};
 use crate::physics::motion::implicit::ImplicitMotion;
@@ -109,9 +109,7 @@ impl Placing<'_> {
         effects.area.rest = begin;
         effects.drag = Drag::Far { rate: RELAX_RATE };
         let mut motion = match self.stepping.integrator {
-            Integrator::Verlet => {
-                Inflating::Verlet(VerletMotion::start(ring, effects, dt, self.instruction_set))
-            }
+            Integrator::Verlet => Inflating::Verlet(VerletMotion::start(ring, effects, dt, self.instruction_set)),
             Integrator::Implicit => {
                 Inflating::Implicit(Box::new(ImplicitMotion::start(ring, effects, dt, self.instruction_set)))
             }
@@ -137,8 +135,8 @@ impl Placing<'_> {
     /// A relaxed place for a soft particle.
     ///
     /// # Errors
-    /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if every place near the centre lies inside
-    /// a wall.
+    /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if every place near the centre lies
+    /// inside a wall.
     pub(crate) fn point<W: Walls>(self, e_w: f64, walls: &Arc<W>) -> Result<[f64; 2], Interruption> {
         let (at, clearance) = match self.site {
             Site::Free { at } => return Ok(at),
@@ -199,7 +197,8 @@ impl Inflating {
     }
 }
 
-/// Advances by one t0 at a time until the droplet is at rest, at most for [`RELAX_TIME`]; returns what it saw at the end.
+/// Advances by one t0 at a time until the droplet is at rest, at most for [`RELAX_TIME`]; returns what it saw at the
+/// end.
 fn relax(
     dt: f64,
     mut advance: impl FnMut(u64) -> Result<Observation, Interruption>,

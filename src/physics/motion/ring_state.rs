@@ -1,7 +1,8 @@
 //! What has to be kept of a ring in motion so that it goes on with the same bits.
 //!
-//! Lists of near walls are made again from the positions, because no bit depends on when they are made. What later bits do
-//! depend on, an effect keeps as its memory ([`RingForce::memory`](crate::physics::ring::forces::RingForce::memory)).
+//! Lists of near walls are made again from the positions, because no bit depends on when they are made. What later bits
+//! do depend on, an effect keeps as its memory
+//! ([`RingForce::memory`](crate::physics::ring::forces::RingForce::memory)).
 
 use crate::physics::ring::Ring;
 use serde::{Deserialize, Serialize};
@@ -33,7 +34,8 @@ impl RingState {
     /// [`WrongState`] if it has not `n` vertices.
     pub(super) fn ring(&self, n: usize) -> Result<Ring, WrongState> {
         let mut ring = Ring::at(n, self.origin);
-        let columns = [(&mut ring.x, &self.x), (&mut ring.y, &self.y), (&mut ring.ux, &self.ux), (&mut ring.uy, &self.uy)];
+        let columns =
+            [(&mut ring.x, &self.x), (&mut ring.y, &self.y), (&mut ring.ux, &self.ux), (&mut ring.uy, &self.uy)];
         for (column, saved) in columns {
             if saved.len() != n {
                 return Err(WrongState);

@@ -18,8 +18,8 @@ pub(super) struct StepControl {
 }
 
 impl StepControl {
-    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps in a
-    /// row.
+    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps
+    /// in a row.
     pub(super) const fn new(most_halvings: u32, patience: u32) -> Self {
         Self { most_halvings, patience, halvings: 0, successes: 0 }
     }

@@ -14,8 +14,8 @@
 //! ```
 //!
 //! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is made only to be observed.
-//! A step is one pass over the ring ([`crate::physics::ring::passes`]): forces, kick and drift, and the edges and the area at
-//! the new positions. Contact and other forces come before it, and only while they can act.
+//! A step is one pass over the ring ([`crate::physics::ring::passes`]): forces, kick and drift, and the edges and the
+//! area at the new positions. Contact and other forces come before it, and only while they can act.
 
 use crate::physics::motion::{Interruption, in_pieces};
 use crate::physics::observation::Observation;
@@ -103,7 +103,8 @@ impl VerletMotion {
         self.dt = dt;
     }
 
-    /// Puts the ring back to where `saved` was. Half-step velocities belong to a step: those of `saved` to steps of `dt`.
+    /// Puts the ring back to where `saved` was. Half-step velocities belong to a step: those of `saved` to steps of
+    /// `dt`.
     pub(super) fn put_back(&mut self, saved: &Ring, dt: f64) {
         self.ring.clone_from(saved);
         self.dt = dt;

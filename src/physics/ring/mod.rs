@@ -1,11 +1,13 @@
 //! The ring of a deformable particle, and what acts on it.
 //!
-//! Vertices stand counter-clockwise in one array for each coordinate. Positions are relative to an `origin` near the droplet,
-//! a multiple of [`ORIGIN_STEP`] that follows it, so that rounding does not grow with the distance travelled. Entries from
-//! `n` on repeat vertex 0: an edge or a vertex there adds exact zeros to every sum, and no loop needs a tail.
+//! Vertices stand counter-clockwise in one array for each coordinate. Positions are relative to an `origin` near the
+//! droplet, a multiple of [`ORIGIN_STEP`] that follows it, so that rounding does not grow with the distance travelled.
+//! Entries from `n` on repeat vertex 0: an edge or a vertex there adds exact zeros to every sum, and no loop needs a
+//! tail.
 //!
-//! This folder knows geometry, energies and forces; it does not know how time advances. Read [`Ring`] first, then [`forces`]
-//! with a file for each effect, [`effects`] for all of them together, and [`passes`] for the loops that take most of the time.
+//! This folder knows geometry, energies and forces; it does not know how time advances. Read [`Ring`] first, then
+//! [`forces`] with a file for each effect, [`effects`] for all of them together, and [`passes`] for the loops that take
+//! most of the time.
 
 pub mod effects;
 pub mod forces;
@@ -16,7 +18,7 @@ use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, padded};
 use std::f64::consts::PI;
 
-/// The origin moves by multiples of this, exactly representable.
+/// The origin moves by multiples of this, so that no position is rounded when it does.
 pub(crate) const ORIGIN_STEP: f64 = 4.0;
 
 /// State and scratch of a ring of `n` vertices.
@@ -32,7 +34,9 @@ pub struct Ring {
     pub ux: Aligned,
     /// y velocity, likewise.
     pub uy: Aligned,
-    /// Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7. This and what follows is scratch.
+    /// Where the local coordinates start.
+    pub origin: [f64; 2],
+    /// Scratch, as all that follows. Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7.
     pub(crate) edge_x: Aligned,
     /// Edge vectors, y, likewise.
     pub(crate) edge_y: Aligned,
@@ -42,8 +46,6 @@ pub struct Ring {
     pub(crate) force_x: Aligned,
     /// The same, y.
     pub(crate) force_y: Aligned,
-    /// Where the local coordinates start.
-    pub origin: [f64; 2],
 }
 
 impl Ring {

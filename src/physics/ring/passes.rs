@@ -1,12 +1,13 @@
 //! The passes over a ring that its integrators share, eight vertices at a time.
 //!
-//! [`edge_pass`] makes edges, tension coefficients and area from positions, [`net_forces`] the forces there. [`step_pass`] takes
-//! a Verlet step and leaves the edges of the *new* positions behind: while a block is still in registers its edges cost two
-//! shuffles instead of four loads, and one loop does what two did (linear tension at N_v = 256, AVX-512: 0.64 instead of
-//! 0.90 ns a vertex). The last edge of a block needs the block after it, so edges follow one block behind.
+//! [`edge_pass`] makes edges, tension coefficients and area from positions, [`net_forces`] the forces there.
+//! [`step_pass`] takes a Verlet step and leaves the edges of the *new* positions behind: while a block is still in
+//! registers its edges cost two shuffles instead of four loads, and one loop does what two did (linear tension at N_v =
+//! 256, AVX-512: 0.64 instead of 0.90 ns a vertex). The last edge of a block needs the block after it, so edges follow
+//! one block behind.
 //!
-//! Each pass is compiled for every instruction set, and for each of these with and without edge lengths, forces of walls, and
-//! a rate of drag of its own for each vertex.
+//! Each pass is compiled for every instruction set, and for each of these with and without edge lengths, forces of
+//! walls, and a rate of drag of its own for each vertex.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
@@ -82,8 +83,8 @@ fn close_seam(ring: &mut Ring) {
     }
 }
 
-/// Stores at `at` the edges of the block of vertices `here` and their tension coefficients; adds their part of the area to
-/// `cross`. The last edge leads to the first vertex of the block `next`.
+/// Stores at `at` the edges of the block of vertices `here` and their tension coefficients; adds their part of the area
+/// to `cross`. The last edge leads to the first vertex of the block `next`.
 #[inline(always)]
 fn edges_behind<S: Instructions, const LENGTH: bool>(
     simd: S,
@@ -164,7 +165,13 @@ impl RingForces {
 }
 
 /// Stores the force on each vertex, drag apart.
-pub(crate) fn net_forces(instruction_set: InstructionSet, ring: &Ring, forces: &RingForces, fx: &mut [f64], fy: &mut [f64]) {
+pub(crate) fn net_forces(
+    instruction_set: InstructionSet,
+    ring: &Ring,
+    forces: &RingForces,
+    fx: &mut [f64],
+    fy: &mut [f64],
+) {
     if forces.law.tension.needs_length() {
         on_instruction_set!(instruction_set, simd => net_forces_with::<_, true>(simd, ring, forces, fx, fy));
     } else {
@@ -192,8 +199,8 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
     }
 }
 
-/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there. The
-/// edges of the old positions must be up to date. Returns the new area and the largest squared speed.
+/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there.
+/// The edges of the old positions must be up to date. Returns the new area and the largest squared speed.
 #[inline]
 pub(crate) fn step_pass(
     instruction_set: InstructionSet,
@@ -219,12 +226,12 @@ fn step_on<const LENGTH: bool, const PUSHED: bool>(
     dt: f64,
 ) -> (f64, f64) {
     match drag {
-        Rates::Even(rate) => {
-            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt))
-        }
-        Rates::Each(rates) => {
-            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt))
-        }
+        Rates::Even(rate) => on_instruction_set!(instruction_set, simd => {
+            step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt)
+        }),
+        Rates::Each(rates) => on_instruction_set!(instruction_set, simd => {
+            step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt)
+        }),
     }
 }
 

@@ -6,18 +6,18 @@
 //! | `drive` | the loop: step, judge, record, finish |
 //! | `timetable` | when a run is looked at |
 //! | `judge` | what fails a run, and what ends it |
-//! | [`record`] | what is kept of a run |
+//! | `record` | what is kept of a run |
 //! | [`mechanism`] | how a clog holds |
 //! | `snapshot` | a run on its way, so that it goes on with the same bits |
 //! | [`stability`] | the largest stable step, known before a job starts |
 //!
-//! A caller needs [`simulate`] alone, or [`go_on`] with [`Snapshot`] and [`Keeper`] for a run that may be stopped and taken up
-//! again. Nothing here knows files, SQL or the time of day.
+//! A caller needs [`simulate`] alone, or [`go_on`] with [`Snapshot`] and [`Keeper`] for a run that may be stopped and
+//! taken up again. Nothing here knows files, SQL or the time of day.
 
 mod drive;
 mod judge;
 pub mod mechanism;
-pub mod record;
+mod record;
 mod snapshot;
 pub mod stability;
 mod start;

@@ -144,14 +144,7 @@ impl Recorder {
 /// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
 ///
 /// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
-///
-/// ```
-/// use meniscus::physics::simulate::record::slope_after_start_up;
-/// let t: Vec<f64> = (0..=10).map(f64::from).collect();
-/// let r: Vec<f64> = t.iter().map(|t| if *t < 1.0 { -7.0 } else { 3.0 + 0.5 * t }).collect();
-/// assert_eq!(slope_after_start_up(&t, &r), Some(0.5));
-/// ```
-pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
+fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
     let (first, last) = (*t.first()?, *t.last()?);
     let started = t.partition_point(|&time| time < first + START_UP * (last - first));
     let (t, r) = (&t[started..], &r[started..]);

@@ -1,6 +1,8 @@
 //! Settles the effects of a job, once, and puts its droplet in place.
 
-use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, Soft, SelfContact as Fold};
+use crate::parameters::{
+    Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, SelfContact as Fold, Soft,
+};
 use crate::physics::motion::guard::GuardedMotion;
 use crate::physics::motion::implicit::ImplicitMotion;
 use crate::physics::motion::placing::{Placing, Site};
@@ -23,8 +25,8 @@ use crate::physics::walls::wall::Walls;
 use crate::physics::walls::wedge::ChannelWalls;
 use std::sync::Arc;
 
-/// The droplet of a job: in the state `from`, or in place and at rest, gravity just switched on. `None` if the state is not one
-/// of this job.
+/// The droplet of a job: in the state `from`, or in place and at rest, gravity just switched on. `None` if the state is
+/// not one of this job.
 ///
 /// # Errors
 /// [`Interruption::Stopped`] before the droplet was in place, or a failure of the array or of putting it in place.

@@ -1,26 +1,26 @@
 //! Implicit integrator for stiff rings: the literal wall stiffness, `kappa -> 0`, a stiff area, a large tension.
 //!
-//! Backward differences of second order (BDF2), A- and L-stable, with one nonlinear solve a step. For a step h after one of
-//! length `h/r`, with `D` the change over that earlier step and `s = h (1 + r)/(1 + 2r)`,
+//! Backward differences of second order (BDF2), A- and L-stable, with one nonlinear solve a step. For a step h after
+//! one of length `h/r`, with `D` the change over that earlier step and `s = h (1 + r)/(1 + 2r)`,
 //!
 //! ```text
 //! x+ - x = r^2/(1 + 2r) Dx + s v+
 //! v+ - v = r^2/(1 + 2r) Dv + s [F(x+)/m - lambda v+]
 //! ```
 //!
-//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5; stable for r < 2.41, here r <= 2). A first step, and the retry after
-//! Newton's method has failed, drop the terms in D and take `s = h`: backward Euler. With v+ eliminated this is the minimisation
-//! of [`potential`] with
+//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5; stable for r < 2.41, here r <= 2). A first step, and the retry
+//! after Newton's method has failed, drop the terms in D and take `s = h`: backward Euler. With v+ eliminated this is
+//! the minimisation of [`potential`] with
 //!
 //! ```text
 //! w = (m/s^2)(1 + s lambda),     d* = r^2/(1 + 2r) Dx + s [v + r^2/(1 + 2r) Dv]/(1 + s lambda)
 //! ```
 //!
-//! The damping rates lambda are those at the positions extrapolated from the step before, right to second order. Velocities
-//! are made from displacements, never from differences of positions, so they are resolved to about 1e-13.
+//! The damping rates lambda are those at the positions extrapolated from the step before, right to second order.
+//! Velocities are made from displacements, never from differences of positions, so they are resolved to about 1e-13.
 //!
-//! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in halves
-//! ([`StepControl`]). Everything is deterministic, and does not depend on how a run is cut up.
+//! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in
+//! halves ([`StepControl`]). Everything is deterministic, and does not depend on how a run is cut up.
 
 mod cyclic;
 mod field;
@@ -181,26 +181,27 @@ impl ImplicitMotion {
 
     /// Tries a step of length `h`.
     fn try_step(&mut self, h: f64) -> Result<(), BadStep> {
-        let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &self.earlier);
+        let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &mut self.earlier);
+        let instruction_set = self.instruction_set;
         let long = ring.ux.len();
         newton.start.x.copy_from_slice(&ring.x[..long]);
         newton.start.y.copy_from_slice(&ring.y[..long]);
         let scheme = Scheme::of(h, h / earlier.step);
-        on_instruction_set!(self.instruction_set, simd => scheme.foresee(simd, ring, earlier, &mut newton.displacement));
-        let far = newton.displacement.largest(self.instruction_set);
+        on_instruction_set!(instruction_set, simd => scheme.foresee(simd, ring, earlier, &mut newton.displacement));
+        let far = newton.displacement.largest(instruction_set);
         newton.put(ring, &mut self.effects, far);
         self.effects.drag.update(newton.travelled, ring);
         newton.travelled = 0.0;
         let rates = self.effects.drag.rates();
-        on_instruction_set!(self.instruction_set, simd => scheme.aim(simd, ring, rates, earlier, &mut newton.potential));
+        on_instruction_set!(instruction_set, simd => scheme.aim(simd, ring, rates, earlier, &mut newton.potential));
         let iterations = newton.minimise(ring, &mut self.effects)?;
-        let far = newton.displacement.largest(self.instruction_set);
+        let far = newton.displacement.largest(instruction_set);
         if !(far <= self.largest_move) {
             return Err(BadStep::TooFar(far));
         }
-        on_instruction_set!(self.instruction_set, simd => scheme.accept(simd, ring, &newton.displacement, &mut self.earlier));
+        on_instruction_set!(instruction_set, simd => scheme.accept(simd, ring, &newton.displacement, earlier));
         self.effects.settled(ring);
-        self.earlier.step = h;
+        earlier.step = h;
         self.counts.accepted += 1;
         self.counts.iterations += u64::from(iterations);
         Ok(())
@@ -208,7 +209,8 @@ impl ImplicitMotion {
 }
 
 impl Motion for ImplicitMotion {
-    /// Takes `steps` nominal time steps. If a step cannot be solved even at 1/65536 of its length, it fails as `unstable`.
+    /// Takes `steps` nominal time steps. If a step cannot be solved even at 1/65536 of its length, it fails as
+    /// `unstable`.
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
         for _ in 0..steps {
             let mut at = 0;

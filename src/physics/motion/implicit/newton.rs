@@ -1,16 +1,17 @@
 //! One implicit step as a minimisation of its [`Potential`], by Newton's method.
 //!
-//! Newton's direction p solves `(w + U'') p = -Phi'` with a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`. Where
-//! that is not positive definite, only the positive parts of U'' are kept.
+//! Newton's direction p solves `(w + U'') p = -Phi'` with a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`.
+//! Where that is not positive definite, only the positive parts of U'' are kept.
 //!
-//! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what it was
-//! down. Phi has then fallen. It is judged by the slope because differences of Phi itself drown in round-off long before
-//! velocities of 1e-9 V_t are resolved. Nor may a cut step end short of the bottom, because the slope has kinks where a hard
-//! wall is touched: a step that ends just before the wall does not learn of it, and the next one is the same again.
+//! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what
+//! it was down. Phi has then fallen. It is judged by the slope because differences of Phi itself drown in round-off
+//! long before velocities of 1e-9 V_t are resolved. Nor may a cut step end short of the bottom, because the slope has
+//! kinks where a hard wall is touched: a step that ends just before the wall does not learn of it, and the next one is
+//! the same again.
 //!
 //! A ring that slides round an obstacle loses touch in every prediction, by the little that a tangent leads away from a
-//! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that pushed at the
-//! end of the time step before, and is taken whole; then they are free to open.
+//! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that
+//! pushed at the end of the time step before, and is taken whole; then they are free to open.
 
 use crate::on_instruction_set;
 use crate::physics::motion::implicit::cyclic::CyclicSolver;

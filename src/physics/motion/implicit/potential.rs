@@ -6,8 +6,8 @@
 //! Phi(d) = sum_i (w_i/2) |d_i - d*_i|^2 + U(x + d)
 //! ```
 //!
-//! with weights `w_i` of inertia and drag and free displacements `d*` that the time scheme sets. Its gradient is
-//! `Phi' = w (d - d*) - F`. Its second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
+//! with weights `w_i` of inertia and drag and free displacements `d*` that the time scheme sets. Its gradient is `Phi'
+//! = w (d - d*) - F`. Its second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
 //! which is kept apart because it couples all vertices.
 
 use crate::on_instruction_set;

@@ -61,7 +61,14 @@ impl Scheme {
 
     /// Sets the weights and the free displacements of the potential.
     #[inline(always)]
-    pub(super) fn aim<S: Simd>(self, simd: S, ring: &Ring, drag: Rates<'_>, earlier: &Earlier, potential: &mut Potential) {
+    pub(super) fn aim<S: Simd>(
+        self,
+        simd: S,
+        ring: &Ring,
+        drag: Rates<'_>,
+        earlier: &Earlier,
+        potential: &mut Potential,
+    ) {
         let Self { s, keep, .. } = self;
         let inertia = ring.vertex_mass() / (s * s);
         for i in (0..potential.weight.len()).step_by(LANES) {

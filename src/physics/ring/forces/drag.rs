@@ -1,7 +1,8 @@
 //! Drag: a viscous force `-m lambda_i v_i` on each vertex, which every integrator takes implicitly.
 //!
 //! Far from walls ([C24] eqs 5, 6 with b0 = 0) it is `-(b_inf/N_v) v_i` with `b_inf = M/V_t`. The damping rate is then
-//! `b_inf/M = 1/V_t`, whatever the number of vertices: 33 per t0 at V_t = 0.03. [`NearWallDrag`] has a rate for each vertex.
+//! `b_inf/M = 1/V_t`, whatever the number of vertices: 33 per t0 at V_t = 0.03. [`NearWallDrag`] has a rate for each
+//! vertex.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::near_wall_drag::NearWallDrag;

@@ -1,9 +1,9 @@
 //! The forces on a droplet, one file each.
 //!
-//! An effect is a small type that knows its formula. Which effects a droplet has is settled when its job starts, by plain
-//! data that each pass over the ring ([`crate::physics::ring::passes`]) reads once. An effect that a scene does not call for
-//! is not in the loop: the passes are compiled with and without edge lengths, forces of walls, and a drag of its own for
-//! each vertex, and the one that fits is taken.
+//! An effect is a small type that knows its formula. Which effects a droplet has is settled when its job starts, by
+//! plain data that each pass over the ring ([`crate::physics::ring::passes`]) reads once. An effect that a scene does
+//! not call for is not in the loop: the passes are compiled with and without edge lengths, forces of walls, and a drag
+//! of its own for each vertex, and the one that fits is taken.
 //!
 //! # Writing your own
 //! A force along the edges is a case of [`tension::EdgeTension`]: a tension that is linear in the edge length, and its
@@ -41,8 +41,8 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Takes note of what it pushes where an implicit step has ended.
     fn settled(&mut self, _ring: &Ring) {}
 
-    /// Holds on to what it pushed when the ring last settled: those pushes become springs that also pull, until it is told
-    /// to [let go](Self::let_go). False, and nothing is done, if it still pushes all of them.
+    /// Holds on to what it pushed when the ring last settled: those pushes become springs that also pull, until it is
+    /// told to [let go](Self::let_go). False, and nothing is done, if it still pushes all of them.
     fn hold(&mut self, _ring: &Ring) -> bool {
         false
     }
@@ -60,7 +60,7 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
         memory.is_empty()
     }
 
-    /// Adds the second derivatives of its energy. An effect that leaves them out is taken by the implicit integrator as a
-    /// given force at each iteration, which converges only while the force is softer than `m/dt^2`.
+    /// Adds the second derivatives of its energy. An effect that leaves them out is taken by the implicit integrator as
+    /// a given force at each iteration, which converges only while the force is softer than `m/dt^2`.
     fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}
 }

@@ -5,8 +5,9 @@
 //!
 //! # Writing your own
 //! An effect adds its second derivatives, or a positive semi-definite matrix above them, in
-//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). This matrix has no place for the coupling of
-//! vertices that are not neighbours, but it has one for a bound such as `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)`.
+//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). This matrix has no place for
+//! the coupling of vertices that are not neighbours, but it has one for a bound such as `k (u - w)(u - w)^T <= 2k (u
+//! u^T + w w^T)`.
 
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, load, padded, store};

@@ -1,13 +1,13 @@
 //! Tension along the edges of a ring: line tension and perimeter elasticity.
 //!
-//! Line tension is `U = Gamma sum l_i` ([C24] eq. 2 with equal tensions), perimeter elasticity
-//! `U = (K_l N_v/2) sum (l_i - l0)^2` ([C24] eq. 1). Both take the smoothed length `l_eps = sqrt(l^2 + eps^2)`, so that an
-//! edge pulls with `T = Gamma + K_l N_v (l_eps - l0)`.
+//! Line tension is `U = Gamma sum l_i` ([C24] eq. 2 with equal tensions), perimeter elasticity `U = (K_l N_v/2) sum
+//! (l_i - l0)^2` ([C24] eq. 1). Both take the smoothed length `l_eps = sqrt(l^2 + eps^2)`, so that an edge pulls with
+//! `T = Gamma + K_l N_v (l_eps - l0)`.
 //!
 //! | case | when | |
 //! |---|---|---|
 //! | line tension alone | `kappa = K_l/Gamma = 0` | `T = Gamma` |
-//! | with springs | else | weak at the default `kappa = 1e-3`: they do little more than keep vertices from drifting together |
+//! | with springs | else | weak at the default `kappa = 1e-3`: they only keep vertices from drifting together |
 //! | linear spring | `kappa = 1/(N_v l0)` | `T = Gamma l/l0`: the smoothing cancels, and no edge length is needed |
 //!
 //! Example: a circle of radius R under Gamma = 1 holds against a pressure `Gamma/R`.

@@ -3,7 +3,8 @@
 use crate::physics::motion::implicit::cyclic::block::{Block, Number, Pivot};
 use crate::physics::ring::forces::stiffness::Stiffness;
 
-/// One vertex, or eight, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the second.
+/// One vertex, or eight, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the
+/// second.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row<T> {
     pub(super) ahead: Block<T>,

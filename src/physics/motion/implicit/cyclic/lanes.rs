@@ -1,8 +1,8 @@
 //! Most of a ring eliminated in eight chains at once, one in each lane.
 //!
-//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. What remains when
-//! the chains are eliminated are these eight vertices, and the few left over when 8 does not divide n: a ring of 8 to 15
-//! vertices of the same kind, in which vertex k stands for `kL`.
+//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. What
+//! remains when the chains are eliminated are these eight vertices, and the few left over when 8 does not divide n: a
+//! ring of 8 to 15 vertices of the same kind, in which vertex k stands for `kL`.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Pivot};
 use crate::physics::motion::implicit::cyclic::chains::{Line, by_vertex, side_by_side};
@@ -12,8 +12,8 @@ use crate::physics::ring::forces::stiffness::Stiffness;
 use crate::physics::simd::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them to the
-/// next ones.
+/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them
+/// to the next ones.
 type Read = [Line; 11];
 
 /// What is kept of them: blocks `ahead`, `to_zero` and `right`, entry by entry. In the end `right` holds the solution.
@@ -140,7 +140,8 @@ impl Lanes {
         front
     }
 
-    /// Puts together the ring that remains, from the first vertices of the chains and what was taken off those behind them.
+    /// Puts together the ring that remains, from the first vertices of the chains and what was taken off those behind
+    /// them.
     #[inline(always)]
     fn remains<S: Instructions>(
         &mut self,

@@ -1,16 +1,17 @@
-//! Solves `(B + k g g^T) x = b` for a cyclic block-tridiagonal `B` of 2 x 2 blocks, symmetric and positive definite, in O(n).
+//! Solves `(B + k g g^T) x = b` for a cyclic block-tridiagonal `B` of 2 x 2 blocks, symmetric and positive definite, in
+//! O(n).
 //!
-//! The ring is cut into chains, which are eliminated vertex by vertex. Eliminating vertex `v` before its neighbour `w`, with
-//! `E = B_vw` and `C` the coupling of vertex 0 to `v` that earlier eliminations left behind,
+//! The ring is cut into chains, which are eliminated vertex by vertex. Eliminating vertex `v` before its neighbour `w`,
+//! with `E = B_vw` and `C` the coupling of vertex 0 to `v` that earlier eliminations left behind,
 //!
 //! ```text
 //! G = D_v^-1 E,   H = D_v^-1 C^T,   Y = D_v^-1 b_v
 //! D_w -= E^T G,   b_w -= E^T Y,     C <- -C G,     D_0 -= C H,   b_0 -= C Y
 //! ```
 //!
-//! and `x_v = Y - H x_0 - G x_w` on the way back. A short ring is cut into [`two_chains`], a long one first into eight, which
-//! are eliminated in eight [`lanes`] by the same formulas. The term of rank one is dealt with by Sherman and Morrison:
-//! `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
+//! and `x_v = Y - H x_0 - G x_w` on the way back. A short ring is cut into [`two_chains`], a long one first into eight,
+//! which are eliminated in eight [`lanes`] by the same formulas. The term of rank one is dealt with by Sherman and
+//! Morrison: `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
 
 mod block;
 mod chains;

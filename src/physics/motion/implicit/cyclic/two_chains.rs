@@ -1,7 +1,7 @@
 //! A whole ring eliminated in two chains at once, or what remains of a long one.
 //!
-//! Vertices 0 and `h = n/2` cut the ring into two chains. Both are eliminated from vertex 0 towards `h`, which halves the
-//! latency of the recursion, and substituted back from there.
+//! Vertices 0 and `h = n/2` cut the ring into two chains. Both are eliminated from vertex 0 towards `h`, which halves
+//! the latency of the recursion, and substituted back from there.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Pivot};
 use crate::physics::motion::implicit::cyclic::elimination::{Front, Row, System, Zero};

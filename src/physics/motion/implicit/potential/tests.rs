@@ -75,8 +75,8 @@ fn derivatives(effects: &RingEffects, ring: &Ring) -> (Field, Stiffness, Field) 
     (potential.gradient, potential.stiffness, potential.area_gradient)
 }
 
-/// Compares the second derivatives with central differences of step `h` along 20 directions, to `tolerance` of the largest.
-/// `more` adds to the product of matrix and direction what is kept apart from the matrix.
+/// Compares the second derivatives with central differences of step `h` along 20 directions, to `tolerance` of the
+/// largest. `more` adds to the product of matrix and direction what is kept apart from the matrix.
 fn check(
     effects: &RingEffects,
     ring: &Ring,
