@@ -3,12 +3,12 @@
 //!
 //! The stability limit of a job ([`crate::physics::simulate::stability`]) adds up its effects one by one. Where vertices
 //! crowd, more of them may press on one another than it counts. Drag and integrator let the energy fall, and an
-//! instability shows as a rise. After [`PATIENCE`] quiet stretches the step doubles again.
+//! instability shows as a rise. After `PATIENCE` quiet stretches the step doubles again.
 //!
 //! A run that is never refused has the same bits as without the guard. A run with refusals, too, depends on nothing but its
 //! job, because the stretches do not.
 
-use crate::physics::motion::ring_state::{RingState, WrongState};
+use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
 use crate::physics::motion::verlet::VerletMotion;
 use crate::physics::motion::{Interruption, Motion, MotionState};
@@ -71,28 +71,25 @@ impl GuardedMotion {
         Self { motion, dt, steps: 0, energy, control, refused: 0, saved, seen: None }
     }
 
-    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`.
-    ///
-    /// # Errors
-    /// [`WrongState`] if it is not one of such a motion.
+    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`; `None` if it is no state of such a motion.
     pub(crate) fn resume(
         state: &GuardState,
         n: usize,
         effects: RingEffects,
         dt: f64,
         instruction_set: InstructionSet,
-    ) -> Result<Self, WrongState> {
+    ) -> Option<Self> {
         let mut control = StepControl::new(MOST_HALVINGS, PATIENCE);
         if !control.resume(state.control) || control.length(dt) != state.dt {
-            return Err(WrongState);
+            return None;
         }
         let mut motion = VerletMotion::resume(state.ring.ring(n)?, effects, state.dt, instruction_set);
         if !motion.effects.recall(&state.memory) {
-            return Err(WrongState);
+            return None;
         }
         let saved = motion.ring.clone();
         let GuardState { steps, energy, refused, .. } = *state;
-        Ok(Self { motion, dt, steps, energy, control, refused, saved, seen: None })
+        Some(Self { motion, dt, steps, energy, control, refused, saved, seen: None })
     }
 
     /// Goes on in steps of the length that the control now asks for.

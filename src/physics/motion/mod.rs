@@ -9,7 +9,7 @@
 //! | [`implicit`] | a ring in implicit steps |
 //! | `soft` | a soft particle, which brings its own scheme along |
 //!
-//! [`placing`] puts droplets where they start, by the same integrators.
+//! `placing` puts droplets where they start, by the same integrators.
 
 pub mod guard;
 pub mod implicit;

@@ -109,7 +109,9 @@ impl Placing<'_> {
         effects.area.rest = begin;
         effects.drag = Drag::Far { rate: RELAX_RATE };
         let mut motion = match self.stepping.integrator {
-            Integrator::Verlet => Inflating::Verlet(VerletMotion::start(ring, effects, dt, self.instruction_set)),
+            Integrator::Verlet => {
+                Inflating::Verlet(Box::new(VerletMotion::start(ring, effects, dt, self.instruction_set)))
+            }
             Integrator::Implicit => {
                 Inflating::Implicit(Box::new(ImplicitMotion::start(ring, effects, dt, self.instruction_set)))
             }
@@ -162,7 +164,7 @@ impl Placing<'_> {
 
 /// A ring while it is inflated, by either integrator.
 enum Inflating {
-    Verlet(VerletMotion),
+    Verlet(Box<VerletMotion>),
     Implicit(Box<ImplicitMotion>),
 }
 

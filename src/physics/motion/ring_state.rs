@@ -7,10 +7,6 @@
 use crate::physics::ring::Ring;
 use serde::{Deserialize, Serialize};
 
-/// A state that does not belong to the droplet it was given to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct WrongState;
-
 /// Positions and velocities of a ring; the rest of a [`Ring`] is scratch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct RingState {
@@ -28,21 +24,18 @@ impl RingState {
         Self { x, y, ux, uy, origin: ring.origin }
     }
 
-    /// The ring of `n` vertices in this state.
-    ///
-    /// # Errors
-    /// [`WrongState`] if it has not `n` vertices.
-    pub(super) fn ring(&self, n: usize) -> Result<Ring, WrongState> {
+    /// The ring in this state, if it has `n` vertices.
+    pub(super) fn ring(&self, n: usize) -> Option<Ring> {
         let mut ring = Ring::at(n, self.origin);
         let columns =
             [(&mut ring.x, &self.x), (&mut ring.y, &self.y), (&mut ring.ux, &self.ux), (&mut ring.uy, &self.uy)];
         for (column, saved) in columns {
             if saved.len() != n {
-                return Err(WrongState);
+                return None;
             }
             column[..n].copy_from_slice(saved);
         }
         ring.close();
-        Ok(ring)
+        Some(ring)
     }
 }

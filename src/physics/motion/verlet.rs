@@ -14,7 +14,7 @@
 //! ```
 //!
 //! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is made only to be observed.
-//! A step is one pass over the ring ([`crate::physics::ring::passes`]): forces, kick and drift, and the edges and the
+//! A step is one pass over the ring (`ring/passes.rs`): forces, kick and drift, and the edges and the
 //! area at the new positions. Contact and other forces come before it, and only while they can act.
 
 use crate::physics::motion::{Interruption, in_pieces};

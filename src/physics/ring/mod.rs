@@ -1,12 +1,12 @@
 //! The ring of a deformable particle, and what acts on it.
 //!
 //! Vertices stand counter-clockwise in one array for each coordinate. Positions are relative to an `origin` near the
-//! droplet, a multiple of [`ORIGIN_STEP`] that follows it, so that rounding does not grow with the distance travelled.
+//! droplet, a multiple of `ORIGIN_STEP` that follows it, so that rounding does not grow with the distance travelled.
 //! Entries from `n` on repeat vertex 0: an edge or a vertex there adds exact zeros to every sum, and no loop needs a
 //! tail.
 //!
 //! This folder knows geometry, energies and forces; it does not know how time advances. Read [`Ring`] first, then
-//! [`forces`] with a file for each effect, [`effects`] for all of them together, and [`passes`] for the loops that take
+//! [`forces`] with a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take
 //! most of the time.
 
 pub mod effects;

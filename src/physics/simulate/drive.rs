@@ -4,7 +4,7 @@ use crate::parameters::Point;
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::simulate::judge::Judge;
-use crate::physics::simulate::record::{Ending, Recorder};
+use crate::physics::simulate::record::Recorder;
 use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
 use crate::physics::simulate::timetable::Timetable;
 use crate::physics::simulate::{RunEnded, mechanism};
@@ -53,7 +53,7 @@ pub(super) fn drive(
         let outcome = judge.outcome(&mut course, &seen, next == timetable.end);
         record(&mut course, timetable, &seen, t, outcome.is_some());
         if let Some(outcome) = outcome {
-            let trajectory = finish(course, outcome, t, seen, motion.refused());
+            let trajectory = finish(course, outcome, t, &seen, motion.refused());
             return Ok(RunEnded::Finished(Box::new(trajectory)));
         }
     }
@@ -75,18 +75,30 @@ fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64,
 }
 
 /// The trajectory of a run that ended at time `t`.
-fn finish(course: Course, outcome: Outcome, t: f64, seen: Observation, refused: u64) -> Trajectory {
-    let clog = (outcome == Outcome::Clogged).then(|| Clog {
-        t,
-        r: course.recorder.displacement(&seen),
-        x: seen.x,
-        y: seen.y,
-        ek_ratio: course.recorder.ek_ratio(&seen),
-        shape: seen.shape,
-        contacts: seen.contacts,
-        mechanism: mechanism::of(&course.outline),
-    });
-    course.recorder.finish(Ending { outcome, t, seen, clog, steps: course.step, refused })
+fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused: u64) -> Trajectory {
+    let Course { step, outline, recorder, .. } = course;
+    let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));
+    let Observation { x, y, shape, contacts, .. } = *seen;
+    let clog = || Clog { t, r, x, y, ek_ratio, shape, contacts, mechanism: mechanism::of(&outline) };
+    Trajectory {
+        outcome,
+        r_end: r,
+        t_end: t,
+        v_g_mean: recorder.mean_speed(),
+        ek_ratio_end: ek_ratio,
+        shape_max: recorder.shape_max,
+        area_error_max: recorder.area_error_max,
+        overlap_max: recorder.overlap_max,
+        energy_rise_max: recorder.energy_rise_max,
+        ek_ratio_min: recorder.ek_ratio_min,
+        engulfed_t: recorder.engulfed_t,
+        delta_s: (outcome == Outcome::Settled).then_some(r),
+        steps: step,
+        refused,
+        clog: (outcome == Outcome::Clogged).then(clog),
+        samples: recorder.samples,
+        outlines: recorder.outlines,
+    }
 }
 
 #[cfg(test)]

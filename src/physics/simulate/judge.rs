@@ -15,15 +15,19 @@ const ENERGY_RISE_LIMIT: f64 = 0.05;
 /// The rules of one run; they depend on the point alone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judge {
-    /// Vertex diameter, and what of a ring counts as apart along it.
+    /// Vertex diameter.
     delta: f64,
+    /// Which parts of a ring are too far apart along it to be neighbours.
     apart: Apart,
+    /// Whether an obstacle inside the droplet is a failure.
     fails_engulfed: bool,
+    /// Below this E_k/E_t a droplet is at rest.
     ek_threshold: f64,
     /// What coming to rest is called.
     at_rest: Outcome,
-    /// Where a droplet counts as through.
+    /// Beyond this x a droplet is through.
     h_end: f64,
+    /// After this displacement a run ends.
     distance: f64,
 }
 

@@ -13,7 +13,7 @@
 use crate::parameters::{MASS, Point};
 use crate::physics::observation::Observation;
 use crate::results::outline::Outline;
-use crate::results::trajectory::{Clog, Outcome, Samples, Trajectory};
+use crate::results::trajectory::Samples;
 use serde::{Deserialize, Serialize};
 
 /// Share of the recorded time that counts as start-up.
@@ -22,33 +22,19 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-/// How a run ended, besides what was recorded on the way.
-#[derive(Clone, Debug)]
-pub(super) struct Ending {
-    pub(super) outcome: Outcome,
-    pub(super) t: f64,
-    /// What was seen at the end.
-    pub(super) seen: Observation,
-    pub(super) clog: Option<Clog>,
-    /// Nominal time steps taken.
-    pub(super) steps: u64,
-    /// Stretches or sub-steps refused and taken again in smaller ones.
-    pub(super) refused: u64,
-}
-
 /// Collects the record of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recorder {
     v_t: f64,
     start_x: f64,
-    samples: Samples,
-    outlines: Vec<Outline>,
-    shape_max: Option<f64>,
-    area_error_max: Option<f64>,
-    overlap_max: f64,
-    energy_rise_max: f64,
-    ek_ratio_min: f64,
-    engulfed_t: Option<f64>,
+    pub(super) samples: Samples,
+    pub(super) outlines: Vec<Outline>,
+    pub(super) shape_max: Option<f64>,
+    pub(super) area_error_max: Option<f64>,
+    pub(super) overlap_max: f64,
+    pub(super) energy_rise_max: f64,
+    pub(super) ek_ratio_min: f64,
+    pub(super) engulfed_t: Option<f64>,
 }
 
 impl Recorder {
@@ -116,28 +102,9 @@ impl Recorder {
         self.outlines.push(outline);
     }
 
-    /// The trajectory of a run that ended like this.
-    pub(super) fn finish(self, ending: Ending) -> Trajectory {
-        let Ending { outcome, t, seen, clog, steps, refused } = ending;
-        Trajectory {
-            outcome,
-            r_end: self.displacement(&seen),
-            t_end: t,
-            v_g_mean: slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t),
-            ek_ratio_end: self.ek_ratio(&seen),
-            shape_max: self.shape_max,
-            area_error_max: self.area_error_max,
-            overlap_max: self.overlap_max,
-            energy_rise_max: self.energy_rise_max,
-            ek_ratio_min: self.ek_ratio_min,
-            engulfed_t: self.engulfed_t,
-            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(&seen)),
-            steps,
-            refused,
-            clog,
-            samples: self.samples,
-            outlines: self.outlines,
-        }
+    /// Mean speed after the start-up, in V_t.
+    pub(super) fn mean_speed(&self) -> Option<f64> {
+        slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t)
     }
 }
 

@@ -1,8 +1,6 @@
 //! Settles the effects of a job, once, and puts its droplet in place.
 
-use crate::parameters::{
-    Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, SelfContact as Fold, Soft,
-};
+use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, Soft};
 use crate::physics::motion::guard::GuardedMotion;
 use crate::physics::motion::implicit::ImplicitMotion;
 use crate::physics::motion::placing::{Placing, Site};
@@ -65,10 +63,9 @@ struct Start<'a, W: Walls> {
 
 impl<W: Walls> Start<'_, W> {
     fn droplet(&self) -> Result<Option<Box<dyn Motion>>, Interruption> {
-        match (&self.point.model, self.point.stepping.integrator) {
-            (Model::Soft(soft), _) => self.soft(soft),
-            (Model::Deformable(ring), Integrator::Verlet) => self.verlet(ring),
-            (Model::Deformable(ring), Integrator::Implicit) => self.implicit(ring),
+        match &self.point.model {
+            Model::Soft(soft) => self.soft(soft),
+            Model::Deformable(ring) => self.ring(ring),
         }
     }
 
@@ -76,42 +73,35 @@ impl<W: Walls> Start<'_, W> {
         let Point { v_t, b0, .. } = *self.point;
         let effects = SoftEffects { stiffness: soft.e_w, weight: MASS, far_rate: 1.0 / v_t, b0, alpha: self.alpha() };
         let (dt, walls, instruction_set) = (self.point.stepping.dt, self.walls.clone(), self.context.instruction_set);
-        let motion = match self.from {
+        Ok(match self.from {
             None => {
                 let position = self.placing().point(soft.e_w, &walls)?;
-                SoftMotion::start(position, effects, dt, walls, instruction_set)
+                boxed(SoftMotion::start(position, effects, dt, walls, instruction_set))
             }
-            Some(MotionState::Soft(state)) => SoftMotion::resume(*state, effects, dt, walls, instruction_set),
-            Some(_) => return Ok(None),
-        };
-        Ok(Some(Box::new(motion)))
+            Some(MotionState::Soft(state)) => boxed(SoftMotion::resume(*state, effects, dt, walls, instruction_set)),
+            Some(_) => None,
+        })
     }
 
-    fn verlet(&self, ring: &Deformable) -> Result<Option<Box<dyn Motion>>, Interruption> {
+    fn ring(&self, ring: &Deformable) -> Result<Option<Box<dyn Motion>>, Interruption> {
         let (n, dt, instruction_set) = (ring.n_vertices, self.point.stepping.dt, self.context.instruction_set);
-        let motion = match self.from {
-            None => {
-                let motion = VerletMotion::start(self.placed(ring)?, self.effects(ring), dt, instruction_set);
-                Some(GuardedMotion::new(motion))
+        let effects = self.effects(ring);
+        Ok(match (self.point.stepping.integrator, self.from) {
+            (Integrator::Verlet, None) => {
+                let motion = VerletMotion::start(self.placed(ring)?, effects, dt, instruction_set);
+                boxed(GuardedMotion::new(motion))
             }
-            Some(MotionState::Verlet(state)) => {
-                GuardedMotion::resume(state, n, self.effects(ring), dt, instruction_set).ok()
+            (Integrator::Verlet, Some(MotionState::Verlet(state))) => {
+                GuardedMotion::resume(state, n, effects, dt, instruction_set).and_then(boxed)
             }
-            Some(_) => None,
-        };
-        Ok(motion.map(|motion| Box::new(motion) as Box<dyn Motion>))
-    }
-
-    fn implicit(&self, ring: &Deformable) -> Result<Option<Box<dyn Motion>>, Interruption> {
-        let (n, dt, instruction_set) = (ring.n_vertices, self.point.stepping.dt, self.context.instruction_set);
-        let motion = match self.from {
-            None => Some(ImplicitMotion::start(self.placed(ring)?, self.effects(ring), dt, instruction_set)),
-            Some(MotionState::Implicit(state)) => {
-                ImplicitMotion::resume(state, n, self.effects(ring), dt, instruction_set).ok()
+            (Integrator::Implicit, None) => {
+                boxed(ImplicitMotion::start(self.placed(ring)?, effects, dt, instruction_set))
             }
-            Some(_) => None,
-        };
-        Ok(motion.map(|motion| Box::new(motion) as Box<dyn Motion>))
+            (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
+                ImplicitMotion::resume(state, n, effects, dt, instruction_set).and_then(boxed)
+            }
+            _ => None,
+        })
     }
 
     fn placing(&self) -> Placing<'_> {
@@ -139,7 +129,7 @@ impl<W: Walls> Start<'_, W> {
         let (n, k_w, delta, instruction_set) = (ring.n_vertices, ring.k_w(), ring.delta, self.context.instruction_set);
         let contact = Contact::new(self.walls.clone(), ring.contact, n, k_w, delta, instruction_set);
         let mut effects = RingEffects::elastic(ring, Box::new(contact));
-        if ring.self_contact == Fold::Auto {
+        if ring.self_contact == crate::parameters::SelfContact::Auto {
             let apart = Apart::of(ring);
             let folds = SelfContact::new(n, apart.total_stiffness(), delta, apart, instruction_set);
             effects.others.push(Box::new(folds));
@@ -159,4 +149,8 @@ impl<W: Walls> Start<'_, W> {
     fn alpha(&self) -> f64 {
         self.point.alpha.unwrap_or(PAPER_ALPHA)
     }
+}
+
+fn boxed<M: Motion + 'static>(motion: M) -> Option<Box<dyn Motion>> {
+    Some(Box::new(motion))
 }

@@ -1,7 +1,7 @@
 //! Implicit integrator for stiff rings: the literal wall stiffness, `kappa -> 0`, a stiff area, a large tension.
 //!
-//! Backward differences of second order (BDF2), A- and L-stable, with one nonlinear solve a step. For a step h after
-//! one of length `h/r`, with `D` the change over that earlier step and `s = h (1 + r)/(1 + 2r)`,
+//! The scheme is that of backward differences of second order (BDF2): A- and L-stable, with one nonlinear solve a step.
+//! For a step h after one of length `h/r`, with `D` the change over that earlier step and `s = h (1 + r)/(1 + 2r)`,
 //!
 //! ```text
 //! x+ - x = r^2/(1 + 2r) Dx + s v+
@@ -10,7 +10,7 @@
 //!
 //! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5; stable for r < 2.41, here r <= 2). A first step, and the retry
 //! after Newton's method has failed, drop the terms in D and take `s = h`: backward Euler. With v+ eliminated this is
-//! the minimisation of [`potential`] with
+//! the minimisation of the incremental potential in `potential` with
 //!
 //! ```text
 //! w = (m/s^2)(1 + s lambda),     d* = r^2/(1 + 2r) Dx + s [v + r^2/(1 + 2r) Dv]/(1 + s lambda)
@@ -20,7 +20,7 @@
 //! Velocities are made from displacements, never from differences of positions, so they are resolved to about 1e-13.
 //!
 //! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in
-//! halves ([`StepControl`]). Everything is deterministic, and does not depend on how a run is cut up.
+//! halves (`step_control`). Everything is deterministic, and does not depend on how a run is cut up.
 
 mod cyclic;
 mod field;
@@ -29,7 +29,7 @@ mod potential;
 mod scheme;
 
 use crate::on_instruction_set;
-use crate::physics::motion::ring_state::{RingState, WrongState};
+use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
@@ -135,30 +135,27 @@ impl ImplicitMotion {
         self.newton.travelled = 0.0;
     }
 
-    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`.
-    ///
-    /// # Errors
-    /// [`WrongState`] if it is not one of such a motion.
+    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`; `None` if it is no state of such a motion.
     pub(crate) fn resume(
         state: &ImplicitState,
         n: usize,
         effects: RingEffects,
         dt: f64,
         instruction_set: InstructionSet,
-    ) -> Result<Self, WrongState> {
+    ) -> Option<Self> {
         let mut motion = Self::start(state.ring.ring(n)?, effects, dt, instruction_set);
         let fits = |field: &Field| field.x.len() == motion.earlier.moved.x.len() && field.y.len() == field.x.len();
         if !fits(&state.moved) || !fits(&state.gained) || !motion.control.resume(state.control) {
-            return Err(WrongState);
+            return None;
         }
         // A start is at rest.
         motion.ring = state.ring.ring(n)?;
         if !motion.effects.recall(&state.memory) {
-            return Err(WrongState);
+            return None;
         }
         motion.earlier = Earlier { moved: state.moved.clone(), gained: state.gained.clone(), step: state.earlier_step };
         (motion.counts, motion.steps) = (state.counts, state.steps);
-        Ok(motion)
+        Some(motion)
     }
 
     /// Puts the ring back where the refused sub-step began, and halves the next one.

@@ -1,7 +1,7 @@
 //! The forces on a droplet, one file each.
 //!
 //! An effect is a small type that knows its formula. Which effects a droplet has is settled when its job starts, by
-//! plain data that each pass over the ring ([`crate::physics::ring::passes`]) reads once. An effect that a scene does
+//! plain data that each pass over the ring (`ring/passes.rs`) reads once. An effect that a scene does
 //! not call for is not in the loop: the passes are compiled with and without edge lengths, forces of walls, and a drag
 //! of its own for each vertex, and the one that fits is taken.
 //!
