@@ -4,9 +4,10 @@
 //! cargo bench --bench effects [-- ROUNDS]
 //! ```
 //!
-//! Each line is a whole job (start, checks, samples; 50 t0 against 10 t0, so that the start cancels), as a ratio to the bare kernel: a ring
-//! with tension, perimeter, area, weight and far drag, and nothing that could act besides. Rounds go through all lines in turn, and the medians are
-//! compared, so that a busy machine troubles all alike. Every droplet must fall as far as theory says before it counts.
+//! Each line is a whole job (start, checks, samples; 50 t0 against 10 t0, so that the start cancels), as a ratio to the
+//! bare kernel: a ring with tension, perimeter, area, weight and far drag, and nothing that could act besides. Rounds
+//! go through all lines in turn, and the medians are compared, so that a busy machine troubles all alike. Every droplet
+//! must fall as far as theory says before it counts.
 
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, reason = "a program that answers on stdout")]
@@ -15,18 +16,17 @@
 #[path = "../tests/common/single.rs"]
 mod single;
 
-use meniscus::parameters::{ContactKind, MASS, regular_edge};
-use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::parameters::Deformable;
+use meniscus::physics::motion::verlet::VerletMotion;
 use meniscus::physics::ring::Ring;
-use meniscus::physics::ring::forces::area::Area;
+use meniscus::physics::ring::effects::RingEffects;
 use meniscus::physics::ring::forces::contact::Contact;
-use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::drag::Drag;
 use meniscus::physics::ring::forces::gravity::Gravity;
-use meniscus::physics::ring::forces::perimeter::Perimeter;
-use meniscus::physics::ring::forces::tension::Tension;
 use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 const N: usize = 256;
@@ -54,21 +54,18 @@ const LINES: &[(&str, &str, &str)] = &[
 
 /// Nanoseconds of the bare kernel per vertex and step.
 fn bare() -> f64 {
-    let rest = regular_edge(N);
+    let droplet = Deformable { n_vertices: N, ..Deformable::of_tension(1.0) };
     let nowhere = Arc::new(ObstacleArray::from_centres(40.0, 0.15, &[], &[]));
+    let walls = Contact::new(nowhere, droplet.contact, N, droplet.k_w(), droplet.delta, best_instruction_set());
     let effects = RingEffects {
-        edge: (Tension { gamma: 1.0 }, Perimeter { stiffness: 1e-3 * N as f64, rest }),
-        area: Area { stiffness: 1e4, rest: MASS },
         gravity: Gravity::new(N),
-        drag: FarDrag { rate: 1.0 / V_T },
-        eps_squared: 0.01 * rest * rest,
-        walls: Box::new(Contact::new(nowhere, ContactKind::Edge, N, 1e4 / N as f64, rest, best_instruction_set())),
-        others: Vec::new(),
+        drag: Drag::Far { rate: 1.0 / V_T },
+        ..RingEffects::elastic(&droplet, Box::new(walls))
     };
     let ring = Ring::regular(N, [20.0, 20.0], Ring::regular_radius(N));
-    let mut motion = RingMotion::start(ring, effects, 5e-4, best_instruction_set());
+    let mut motion = VerletMotion::start(ring, effects, 5e-4, best_instruction_set());
     let begin = Instant::now();
-    motion.advance((LONG - SHORT) * 2000);
+    motion.advance((LONG - SHORT) * 2000, &AtomicBool::new(false)).unwrap();
     let time = begin.elapsed().as_secs_f64();
     assert!((motion.observe().velocity / V_T - 1.0).abs() < 1e-9, "it falls at V_t");
     time * 1e9 / ((LONG - SHORT) * 2000) as f64 / N as f64

@@ -11,25 +11,30 @@
 #![allow(clippy::print_stdout, reason = "a program that answers on stdout")]
 
 use meniscus::parameters::{ContactKind, MASS, regular_edge};
+use meniscus::physics::motion::Motion;
 use meniscus::physics::motion::implicit::ImplicitMotion;
-use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::motion::verlet::VerletMotion;
 use meniscus::physics::point::{SoftEffects, SoftMotion};
 use meniscus::physics::ring::Ring;
-use meniscus::physics::ring::forces::EdgeForce;
+use meniscus::physics::ring::effects::RingEffects;
 use meniscus::physics::ring::forces::area::Area;
 use meniscus::physics::ring::forces::contact::Contact;
-use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::drag::Drag;
 use meniscus::physics::ring::forces::gravity::Gravity;
-use meniscus::physics::ring::forces::perimeter::Perimeter;
-use meniscus::physics::ring::forces::tension::{LinearTension, Tension};
+use meniscus::physics::ring::forces::tension::EdgeTension;
 use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 const GAMMA: f64 = 1.0;
 const V_T: f64 = 0.03;
 const DT: f64 = 1e-3;
+
+/// Nobody stops these droplets.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 /// Where the droplet starts: discs need positive coordinates.
 const CENTRE: [f64; 2] = [20.0, 20.0];
 
@@ -41,21 +46,21 @@ fn discs(some: bool) -> Arc<ObstacleArray> {
     Arc::new(ObstacleArray::from_centres(40.0, 0.15, &x, &y))
 }
 
-fn effects<E: EdgeForce>(n: usize, edge: E, discs: Arc<ObstacleArray>) -> RingEffects<E, FarDrag> {
+fn effects(n: usize, tension: EdgeTension, discs: Arc<ObstacleArray>) -> RingEffects {
     let rest = regular_edge(n);
     RingEffects {
-        edge,
+        tension,
         area: Area { stiffness: 1e4, rest: MASS },
         gravity: Gravity::new(n),
-        drag: FarDrag { rate: 1.0 / V_T },
+        drag: Drag::Far { rate: 1.0 / V_T },
         eps_squared: 0.01 * rest * rest,
         walls: Box::new(Contact::new(discs, ContactKind::Edge, n, 1e4 / n as f64, rest, best_instruction_set())),
         others: Vec::new(),
     }
 }
 
-fn general(n: usize) -> (Tension, Perimeter) {
-    (Tension { gamma: GAMMA }, Perimeter { stiffness: 1e-3 * GAMMA * n as f64, rest: regular_edge(n) })
+fn general(n: usize) -> EdgeTension {
+    EdgeTension::Springs { gamma: GAMMA, stiffness: 1e-3 * GAMMA * n as f64, rest: regular_edge(n) }
 }
 
 fn ring(n: usize) -> Ring {
@@ -74,9 +79,9 @@ fn nanoseconds(run: impl FnOnce()) -> f64 {
 }
 
 /// Nanoseconds per vertex and step, and the mean x.
-fn verlet<E: EdgeForce>(n: usize, steps: u64, edge: E, discs: Arc<ObstacleArray>) -> (f64, f64) {
-    let mut motion = RingMotion::start(ring(n), effects(n, edge, discs), DT, best_instruction_set());
-    let time = nanoseconds(|| motion.advance(steps));
+fn verlet(n: usize, steps: u64, tension: EdgeTension, discs: Arc<ObstacleArray>) -> (f64, f64) {
+    let mut motion = VerletMotion::start(ring(n), effects(n, tension, discs), DT, best_instruction_set());
+    let time = nanoseconds(|| motion.advance(steps, &NEVER).expect("nobody stops it"));
     (time / steps as f64 / n as f64, mean_x(&motion.ring))
 }
 
@@ -90,13 +95,13 @@ fn main() {
     for scene in all.into_iter().filter(|scene| word(0).is_none_or(|asked| asked == *scene)) {
         let (time, x) = match scene {
             "free_general" => verlet(n, steps, general(n), discs(false)),
-            "free_linear" => verlet(n, steps, LinearTension { stiffness: GAMMA / rest, rest }, discs(false)),
+            "free_linear" => verlet(n, steps, EdgeTension::Linear { stiffness: GAMMA / rest, rest }, discs(false)),
             "contact" => verlet(n, steps, general(n), discs(true)),
             "implicit" => {
                 let mut motion =
                     ImplicitMotion::start(ring(n), effects(n, general(n), discs(true)), 0.02, best_instruction_set());
-                let time = nanoseconds(|| motion.advance(steps / 20).expect("this scene is an easy one"));
-                (time / motion.work.iterations as f64, mean_x(&motion.ring))
+                let time = nanoseconds(|| motion.advance(steps / 20, &NEVER).expect("this scene is an easy one"));
+                (time / motion.counts.iterations as f64, mean_x(&motion.ring))
             }
             _ => {
                 let effects = SoftEffects { stiffness: 10.0, weight: MASS, far_rate: 1.0 / V_T, b0: 0.0, alpha: 1.0 };

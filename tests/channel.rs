@@ -33,7 +33,8 @@ fn squeezing_through_deforms_the_droplet_as_the_paper_says_and_it_passes_with_th
     assert!((0.1..0.4).contains(&h_fastest) && fastest > 1.0, "fastest at {h_fastest}: {fastest}");
     let [_, (h_second, second)] = extremes(samples, 0.3, 0.7);
     assert!(second < fastest && second > slowest, "a second, shallow minimum near {h_second}: {second}");
-    // The vertices, dragged apart, take long to spread evenly again; until then the area moves a little faster than they do.
+    // The vertices, dragged apart, take long to spread evenly again; until then the area moves a little faster than
+    // they do.
     let last = *samples.v_g.last().unwrap();
     assert!((last - 1.0).abs() < 0.05, "at last it falls freely again: {last}");
     assert!((passage.ek_ratio_end - 1.0).abs() < 0.01);

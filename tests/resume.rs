@@ -8,7 +8,7 @@ mod single;
 
 use meniscus::parameters::{Integrator, Job, Stepping};
 use meniscus::physics::simd::best_instruction_set;
-use meniscus::physics::simulate::{Context, Ended, Keeper, NoKeeper, Snapshot, go_on};
+use meniscus::physics::simulate::{Context, Keeper, NoKeeper, RunEnded, Snapshot, go_on};
 use meniscus::physics::walls::arrays::library::ArrayLibrary;
 use meniscus::results::trajectory::{Failure, Trajectory};
 use proptest::prelude::*;
@@ -82,9 +82,9 @@ fn cut(job: &Job, cuts: &[u64]) -> (Result<Trajectory, Failure>, u64) {
     loop {
         let context = Context { arrays: &arrays, instruction_set: best_instruction_set(), stop: &stop };
         match go_on(job, context, from.as_ref(), &mut cutter) {
-            Ok(Ended::Finished(trajectory)) => return (Ok(*trajectory), cutter.seen),
-            Ok(Ended::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)),
-            Ok(Ended::WrongSnapshot) => panic!("a snapshot fits its job"),
+            Ok(RunEnded::Finished(trajectory)) => return (Ok(*trajectory), cutter.seen),
+            Ok(RunEnded::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)),
+            Ok(RunEnded::WrongSnapshot) => panic!("a snapshot fits its job"),
             Err(failure) => return (Err(failure), cutter.seen),
         }
         stop.store(false, Ordering::Relaxed);
@@ -129,9 +129,9 @@ fn a_run_stopped_at_any_instant_between_two_checks_equals_an_uninterrupted_one()
             });
             stop.store(false, Ordering::Relaxed);
             match ended {
-                Ok(Ended::Finished(trajectory)) => break Ok(*trajectory),
-                Ok(Ended::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)).or(from),
-                Ok(Ended::WrongSnapshot) => panic!("a snapshot fits its job"),
+                Ok(RunEnded::Finished(trajectory)) => break Ok(*trajectory),
+                Ok(RunEnded::Stopped(snapshot)) => from = snapshot.map(|snapshot| saved(&snapshot)).or(from),
+                Ok(RunEnded::WrongSnapshot) => panic!("a snapshot fits its job"),
                 Err(failure) => break Err(failure),
             }
             (stops, pause) = (stops + 1, pause + 1371);
@@ -155,7 +155,7 @@ fn the_snapshot_of_another_job_is_refused() {
     let stop = AtomicBool::new(true);
     let context = Context { arrays: &ArrayLibrary::default(), instruction_set: best_instruction_set(), stop: &stop };
     let begin = |job: &Job| match go_on(job, context, None, &mut NoKeeper) {
-        Ok(Ended::Stopped(Some(snapshot))) => *snapshot,
+        Ok(RunEnded::Stopped(Some(snapshot))) => *snapshot,
         other => panic!("{other:?}"),
     };
     // Where nothing has to be blown up, a run that is told to stop has begun all the same.
@@ -170,7 +170,7 @@ fn the_snapshot_of_another_job_is_refused() {
     for (i, one) in jobs.iter().enumerate() {
         for (j, other) in jobs.iter().enumerate() {
             let ended = go_on(one, context, Some(&begin(other)), &mut NoKeeper).unwrap();
-            assert_eq!(matches!(ended, Ended::WrongSnapshot), i != j, "{i} {j}");
+            assert_eq!(matches!(ended, RunEnded::WrongSnapshot), i != j, "{i} {j}");
         }
     }
 }

@@ -1,5 +1,6 @@
-//! Where simulations of droplets break: each hard case in short, against its limits; campaigns/stress.toml is the overnight size.
-//! A run that crosses itself, swallows an obstacle or gains energy fails by itself, so a trajectory is good news already.
+//! Where simulations of droplets break: each hard case in short, against its limits; campaigns/stress.toml is the
+//! overnight size. A run that crosses itself, swallows an obstacle or gains energy fails by itself, so a trajectory is
+//! good news already.
 
 #[path = "common/single.rs"]
 mod single;
@@ -7,19 +8,22 @@ mod single;
 use meniscus::campaign::file::Campaign;
 use meniscus::parameters::{ContactKind, Integrator, MASS, Model, regular_edge};
 use meniscus::physics::motion::guard::GuardedMotion;
-use meniscus::physics::motion::verlet::{RingEffects, RingMotion};
+use meniscus::physics::motion::verlet::VerletMotion;
+use meniscus::physics::motion::{Interruption, Motion};
 use meniscus::physics::ring::Ring;
+use meniscus::physics::ring::effects::RingEffects;
 use meniscus::physics::ring::forces::area::Area;
 use meniscus::physics::ring::forces::contact::Contact;
-use meniscus::physics::ring::forces::far_drag::FarDrag;
+use meniscus::physics::ring::forces::drag::Drag;
 use meniscus::physics::ring::forces::gravity::Gravity;
-use meniscus::physics::ring::forces::tension::Tension;
+use meniscus::physics::ring::forces::tension::EdgeTension;
 use meniscus::physics::simd::InstructionSet;
 use meniscus::physics::simulate::stability::StabilityLimit;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use meniscus::results::trajectory::{FailureClass, Outcome, Trajectory};
 use single::{job, run};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 const ARRAY: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\nbox_size = 40.0\n";
 const DENSE: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\nbox_size = 40.0\ndensity = 0.7\n";
@@ -27,8 +31,9 @@ const DENSE: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\nbox_size
 /// kappa of the linear spring.
 const EVEN: f64 = std::f64::consts::FRAC_1_PI;
 
-/// Runs a case by Verlet, and by the integrator that it takes by itself if that is another; overlap and energy must stay within what contact
-/// at this stiffness explains. Verlet must not take anything back; the implicit integrator may, one step in twenty.
+/// Runs a case by Verlet, and by the integrator that it takes by itself if that is another; overlap and energy must
+/// stay within what contact at this stiffness explains. Verlet must not take anything back; the implicit integrator
+/// may, one step in twenty.
 fn bears(keys: &str, seed: u64, overlap: f64) -> Trajectory {
     let run = |keys: &str, refusals: u64| {
         let trajectory = run(keys, seed).unwrap_or_else(|failure| panic!("{keys}\nseed {seed}: {failure}"));
@@ -154,15 +159,18 @@ fn nine_tenths_of_the_stability_limit_run_and_eleven_tenths_are_refused() {
 
 const N: usize = 100;
 
+/// Nobody stops these droplets.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 /// A droplet that falls on two discs, its centre starting at `centre`.
-fn falling(centre: [f64; 2], dt: f64, gamma: f64) -> RingMotion<Tension, FarDrag> {
+fn falling(centre: [f64; 2], dt: f64, gamma: f64) -> VerletMotion {
     let discs = ObstacleArray::from_centres(40.0, 0.15, &[10.7, 10.8], &[10.3, 9.6]);
     let eps = 0.1 * regular_edge(N);
     let effects = RingEffects {
-        edge: Tension { gamma },
+        tension: EdgeTension::Line { gamma },
         area: Area { stiffness: 1e4, rest: MASS },
         gravity: Gravity::new(N),
-        drag: FarDrag { rate: 33.0 },
+        drag: Drag::Far { rate: 33.0 },
         eps_squared: eps * eps,
         walls: Box::new(Contact::new(
             Arc::new(discs),
@@ -174,7 +182,7 @@ fn falling(centre: [f64; 2], dt: f64, gamma: f64) -> RingMotion<Tension, FarDrag
         )),
         others: Vec::new(),
     };
-    RingMotion::start(Ring::regular(N, centre, 0.5), effects, dt, InstructionSet::new())
+    VerletMotion::start(Ring::regular(N, centre, 0.5), effects, dt, InstructionSet::new())
 }
 
 #[test]
@@ -182,8 +190,8 @@ fn a_job_shifted_by_a_hundred_thousand_diameters_has_the_same_bits() {
     // 2500 boxes of 40.
     let [mut here, mut there] = [10.0, 10.0 + 1e5].map(|x| falling([x, 10.0], 1e-3, 1.0));
     for _ in 0..20 {
-        here.advance(1000);
-        there.advance(1000);
+        here.advance(1000, &NEVER).unwrap();
+        there.advance(1000, &NEVER).unwrap();
         here.follow();
         there.follow();
     }
@@ -197,11 +205,11 @@ fn a_guarded_run_has_the_bits_of_an_unguarded_one_until_its_energy_rises() {
     let mut plain = falling([10.0, 10.0], 1e-3, 1.0);
     let mut guarded = GuardedMotion::new(falling([10.0, 10.0], 1e-3, 1.0));
     for _ in 0..5 {
-        plain.advance(1000);
-        guarded.advance(1000).unwrap();
+        plain.advance(1000, &NEVER).unwrap();
+        guarded.advance(1000, &NEVER).unwrap();
     }
     assert_eq!((&plain.ring.x, &plain.ring.ux), (&guarded.motion.ring.x, &guarded.motion.ring.ux));
-    assert_eq!(guarded.refused, 0);
+    assert_eq!(guarded.refused(), 0);
 }
 
 #[test]
@@ -211,10 +219,10 @@ fn a_stretch_whose_steps_are_too_long_is_taken_in_shorter_ones_and_ends_at_the_s
         let mut fine = falling([10.0, 10.0], 1e-3, 1.0);
         let mut guarded = GuardedMotion::new(falling([10.0, 10.0], dt, 1.0));
         for _ in 0..40 {
-            fine.advance((dt * steps as f64 * 1e3).round() as u64);
-            guarded.advance(steps).unwrap();
+            fine.advance((dt * steps as f64 * 1e3).round() as u64, &NEVER).unwrap();
+            guarded.advance(steps, &NEVER).unwrap();
         }
-        assert!(guarded.refused > 1);
+        assert!(guarded.refused() > 1);
         let (a, b) = (fine.observe(), guarded.motion.observe());
         assert!((a.x - b.x).abs() < 1e-3 && (a.y - b.y).abs() < 1e-3, "dt = {dt}: {} {}, {} {}", a.x, a.y, b.x, b.y);
     }
@@ -224,11 +232,11 @@ fn a_stretch_whose_steps_are_too_long_is_taken_in_shorter_ones_and_ends_at_the_s
 fn a_droplet_in_free_fall_falls_as_galileo_says_however_often_its_steps_are_halved() {
     // The scheme is exact for a constant force. These steps need halvings at once.
     let mut motion = falling([20.0, 20.0], 16e-3, 1.0);
-    motion.effects.drag = FarDrag { rate: 0.0 };
+    motion.effects.drag = Drag::Far { rate: 0.0 };
     let mut guarded = GuardedMotion::new(motion);
     let start = guarded.motion.observe();
-    (0..5).for_each(|_| guarded.advance(64).unwrap());
-    assert!(guarded.refused > 1, "{}", guarded.refused);
+    (0..5).for_each(|_| guarded.advance(64, &NEVER).unwrap());
+    assert!(guarded.refused() > 1, "{}", guarded.refused());
     let (end, t) = (guarded.motion.observe(), 5.0 * 64.0 * 16e-3);
     assert!((end.velocity - start.velocity - t).abs() < 1e-9, "{} {t}", end.velocity);
     assert!((end.x - start.x - (start.velocity + 0.5 * t) * t).abs() < 1e-7, "{}", end.x);
@@ -237,7 +245,8 @@ fn a_droplet_in_free_fall_falls_as_galileo_says_however_often_its_steps_are_halv
 #[test]
 fn a_run_that_gains_energy_in_the_shortest_steps_too_ends_as_unstable_where_it_was_sound() {
     let mut hopeless = GuardedMotion::new(falling([10.0, 10.0], 0.3, 1.0));
-    let failure = (0..20).find_map(|_| hopeless.advance(10).err()).unwrap();
+    let interruption = (0..20).find_map(|_| hopeless.advance(10, &NEVER).err()).unwrap();
+    let Interruption::Failed(failure) = interruption else { panic!("{interruption:?}") };
     assert_eq!(failure.class, FailureClass::Unstable);
     assert!(failure.reason.contains("rose") && hopeless.motion.ring.x.iter().all(|x| x.is_finite()), "{failure}");
 }

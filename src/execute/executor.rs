@@ -9,7 +9,7 @@ use crate::execute::keeping::Keeping;
 use crate::execute::schedule::{Ended, Progress, StopReason};
 use crate::parameters::JobId;
 use crate::physics::simd::InstructionSet;
-use crate::physics::simulate::{Context, Ended as RunEnded, go_on};
+use crate::physics::simulate::{Context, RunEnded, go_on};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, FailureClass, Trajectory};
 use crate::store::{Hurry, Message, OutcomeSender, Store, StoreError, Writer, WriterOptions};

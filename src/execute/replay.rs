@@ -4,7 +4,7 @@ use crate::execute::executor::panicked;
 use crate::execute::saved::{Saved, SavedFailure};
 use crate::parameters::{Job, JobId};
 use crate::physics::simd::InstructionSet;
-use crate::physics::simulate::{Context, Ended, NoKeeper, go_on};
+use crate::physics::simulate::{Context, NoKeeper, RunEnded, go_on};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::Outcome;
 use crate::store::checkpoint_file::{self, CheckpointError};
@@ -67,8 +67,10 @@ impl Dump {
         let ended = catch_unwind(AssertUnwindSafe(|| go_on(&self.job, context, from, &mut NoKeeper)))
             .unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
         match ended {
-            Ok(Ended::Finished(trajectory)) => Ok(Ok(trajectory.outcome)),
-            Ok(Ended::Stopped(_) | Ended::WrongSnapshot) => Err(ReplayError::NoJob(format!("the dump of {}", self.id))),
+            Ok(RunEnded::Finished(trajectory)) => Ok(Ok(trajectory.outcome)),
+            Ok(RunEnded::Stopped(_) | RunEnded::WrongSnapshot) => {
+                Err(ReplayError::NoJob(format!("the dump of {}", self.id)))
+            }
             Err(failure) => Ok(Err(SavedFailure::from(&failure))),
         }
     }

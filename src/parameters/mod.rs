@@ -120,7 +120,7 @@ impl Deformable {
         }
     }
 
-    /// The kappa at which tension and perimeter add up to one linear spring, `1/(N_v l0)`, about 1/pi ([`crate::physics::ring::forces::tension::LinearTension`]).
+    /// The kappa at which tension and perimeter add up to one linear spring, `1/(N_v l0)`, about 1/pi ([`crate::physics::ring::forces::tension::EdgeTension::Linear`]).
     pub fn linear_kappa(&self) -> f64 {
         1.0 / (self.n_vertices as f64 * regular_edge(self.n_vertices))
     }

@@ -1,8 +1,8 @@
 //! From a job to its trajectory: no files, no SQL, no wall clock.
 //!
 //! This layer knows parameters and results. One (version, job) gives the same trajectory bit for bit, on any number of
-//! threads and any instruction set. Read [`simulate`] first: it starts a droplet and drives it to its end. Its parts, each
-//! of which knows those above it:
+//! threads and any instruction set. Read [`simulate`] first: it starts a droplet and drives it to its end. These are
+//! the parts of the layer, and each imports only from those above it:
 //!
 //! | folder | idea |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | [`ring`] | the deformable droplet, and the forces on it, one file each |
 //! | [`point`] | the soft particle |
 //! | [`motion`] | how time advances, and how a droplet is put in place |
-//! | [`simulate`] | start, drive, record, snapshot; stability limits |
+//! | [`simulate`] | start, drive, judge, record, snapshot; stability limits |
 
 pub mod motion;
 pub mod observation;

@@ -7,7 +7,6 @@
 
 use crate::on_instruction_set;
 use crate::parameters::MASS;
-use crate::physics::motion::in_pieces;
 use crate::physics::observation::Observation;
 use crate::physics::ring::ORIGIN_STEP;
 use crate::physics::simd::InstructionSet;
@@ -16,7 +15,6 @@ use crate::results::outline::{LoadRecord, Outline};
 use fearless_simd::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
@@ -27,9 +25,6 @@ const NEAREST: f64 = 0.01;
 /// A force along y too small to move anything: without it the velocity of a droplet that falls freely dies away until it is
 /// so small a number (denormal) that processors take twenty times as long over it.
 const NEXT_TO_NOTHING: f64 = 1e-200;
-
-/// Steps between two looks at whether to stop: about 10 ms.
-const PIECE: u64 = 1 << 20;
 
 /// What acts on a soft particle.
 #[derive(Clone, Copy, Debug)]
@@ -208,11 +203,6 @@ impl<W: Walls> SoftMotion<W> {
         } else {
             on_instruction_set!(self.instruction_set, simd => self.advance_with::<_, false>(simd, steps));
         }
-    }
-
-    /// The same; false, and somewhere on the way, once `stop` is set.
-    pub fn advance_unless(&mut self, stop: &AtomicBool, steps: u64) -> bool {
-        in_pieces(stop, steps, PIECE, |steps| self.advance(steps))
     }
 
     /// For its fused multiply-adds compiled for the instruction set S.

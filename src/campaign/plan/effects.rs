@@ -3,7 +3,7 @@
 use crate::campaign::file::interval::Short;
 use crate::campaign::plan::ends;
 use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact};
-use crate::physics::simulate::is_linear;
+use crate::physics::ring::forces::tension::is_linear;
 use crate::physics::simulate::stability::vertices_pile_up;
 use std::sync::Arc;
 

@@ -1,20 +1,18 @@
 //! How a droplet is put among obstacles: blown up from the widest gap near the box centre ([C24] 2.4).
 //!
 //! A ring placed at full size could hold whole discs, which exert no force from inside. So a small ring that touches
-//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The job's
-//! own integrator does it, among walls as stiff as they will be.
+//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The
+//! job's own integrator does it, among walls as stiff as they will be.
 
-use crate::parameters::{Deformable, Integrator, MASS, Stepping, regular_edge};
+use crate::parameters::{Deformable, Integrator, MASS, Stepping};
 use crate::physics::motion::implicit::ImplicitMotion;
-use crate::physics::motion::verlet::{RingEffects, RingMotion};
+use crate::physics::motion::verlet::VerletMotion;
+use crate::physics::motion::{Interruption, Motion};
 use crate::physics::observation::Observation;
 use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::area::Area;
-use crate::physics::ring::forces::contact::WallContact;
-use crate::physics::ring::forces::far_drag::FarDrag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::{EdgeForce, RingForce};
+use crate::physics::ring::effects::RingEffects;
+use crate::physics::ring::forces::drag::Drag;
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::obstacles::SEARCH_RADIUS;
 use crate::physics::walls::wall::Walls;
@@ -25,9 +23,17 @@ use std::sync::atomic::AtomicBool;
 /// Damping rate while relaxing, in 1/t0: about critical for the shape modes.
 const RELAX_RATE: f64 = 20.0;
 
-/// Time to inflate, and longest time to relax afterwards, in t0.
+/// Longest time to relax, in t0.
+const RELAX_TIME: u32 = 50;
+
+/// Time to inflate, in t0.
 const INFLATE_TIME: f64 = 20.0;
-const RELAX_TIME: f64 = 50.0;
+
+/// Stages in which the rest area grows while a ring is inflated.
+const STAGES: u32 = 400;
+
+/// Smallest radius that a ring is inflated from, in sigma.
+const SMALLEST: f64 = 0.01;
 
 /// Where a droplet relaxes before it is set on the plate.
 const FAR_FROM_PLATE: f64 = 5.0;
@@ -37,7 +43,7 @@ const AT_REST: f64 = 1e-14;
 
 /// Where a droplet starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub(crate) enum Site {
     /// In a gap of that clearance: it is blown up there.
     Gap {
         /// Centre of the gap.
@@ -54,177 +60,170 @@ pub enum Place {
     OnPlate,
 }
 
-/// What pushes a ring while it is put in place.
-#[derive(Debug)]
-pub struct Pushes {
-    /// The walls.
-    pub walls: Box<dyn WallContact>,
-    /// The ring itself, and the like.
-    pub others: Vec<Box<dyn RingForce>>,
+/// Puts a droplet in its place.
+#[derive(Clone, Copy)]
+pub(crate) struct Placing<'a> {
+    /// Where.
+    pub(crate) site: Site,
+    /// The steps of the job.
+    pub(crate) stepping: &'a Stepping,
+    pub(crate) instruction_set: InstructionSet,
+    pub(crate) stop: &'a AtomicBool,
 }
 
-/// A relaxed ring of full area in its place, at rest; `None` once `stop` is set. Only its own elasticity and `pushes` act on it.
-///
-/// # Errors
-/// `bad_input` if there is no room to start from, `unstable` if the inflation blows up.
-pub fn place_ring<E: EdgeForce>(
-    parameters: &Deformable,
-    edge: E,
-    place: Place,
-    pushes: Pushes,
-    stepping: &Stepping,
-    instruction_set: InstructionSet,
-    stop: &AtomicBool,
-) -> Result<Option<Ring>, Failure> {
-    let n = parameters.n_vertices;
-    let full = Ring::regular_radius(n);
-    let (at, clearance) = match place {
-        Place::Free { at } => return Ok(Some(Ring::regular(n, at, full))),
-        Place::OnPlate => ([-FAR_FROM_PLATE, 0.0], f64::INFINITY),
-        Place::Gap { at, clearance } => (at, clearance),
-    };
-    let room = (clearance - 0.5 * parameters.delta - 1e-3).min(full);
-    if room == full && !matches!(place, Place::OnPlate) {
-        return Ok(Some(Ring::regular(n, at, full)));
+impl Placing<'_> {
+    /// A relaxed ring of full area in its place, at rest; `effects` are its elasticity and the walls.
+    ///
+    /// # Errors
+    /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if there is no room to start from,
+    /// `unstable` if the inflation blows up.
+    pub(crate) fn ring(self, droplet: &Deformable, effects: RingEffects) -> Result<Ring, Interruption> {
+        let n = droplet.n_vertices;
+        let full = Ring::regular_radius(n);
+        match self.site {
+            Site::Free { at } => Ok(Ring::regular(n, at, full)),
+            Site::Gap { at, clearance } => {
+                let room = (clearance - 0.5 * droplet.delta - 1e-3).min(full);
+                if room == full {
+                    return Ok(Ring::regular(n, at, full));
+                }
+                if room < SMALLEST {
+                    return Err(no_room(clearance).into());
+                }
+                self.inflated(Ring::regular(n, at, room), room / full, effects)
+            }
+            Site::OnPlate => {
+                let far = Ring::regular(n, [-FAR_FROM_PLATE, 0.0], full);
+                let mut ring = self.inflated(far, 1.0, effects)?;
+                let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * droplet.delta;
+                ring.x.iter_mut().for_each(|x| *x -= to_plate);
+                Ok(ring)
+            }
+        }
     }
-    if room < 0.01 {
-        return Err(no_room(clearance));
+
+    /// Blows a regular ring of `share` of the full radius up to its full area, and lets it relax and come to rest.
+    fn inflated(self, ring: Ring, share: f64, mut effects: RingEffects) -> Result<Ring, Interruption> {
+        let (dt, begin) = (self.stepping.dt, MASS * share * share);
+        let rest = |share: f64| begin + share * (MASS - begin);
+        effects.area.rest = begin;
+        effects.drag = Drag::Far { rate: RELAX_RATE };
+        let mut motion = match self.stepping.integrator {
+            Integrator::Verlet => {
+                Inflating::Verlet(Box::new(VerletMotion::start(ring, effects, dt, self.instruction_set)))
+            }
+            Integrator::Implicit => {
+                Inflating::Implicit(Box::new(ImplicitMotion::start(ring, effects, dt, self.instruction_set)))
+            }
+        };
+        let steps_a_stage = (INFLATE_TIME / f64::from(STAGES) / dt).ceil() as u64;
+        for stage in 1..=STAGES {
+            motion.advance(rest(f64::from(stage) / f64::from(STAGES)), steps_a_stage, self.stop)?;
+        }
+        let seen = relax(dt, |steps| {
+            motion.advance(rest(1.0), steps, self.stop)?;
+            Ok(motion.observe())
+        })?;
+        if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|error| !(error.abs() < 0.1)) {
+            let reason = format!("area error {:?}", seen.area_error);
+            return Err(not_inflated(Failure { class: FailureClass::Unstable, reason, step: 0, outline: None }.into()));
+        }
+        let mut ring = motion.into_ring();
+        ring.ux.fill(0.0);
+        ring.uy.fill(0.0);
+        Ok(ring)
     }
-    let area_at = |radius: f64| MASS * (radius / full) * (radius / full);
-    let smoothing = parameters.eps * regular_edge(n);
-    let effects = RingEffects {
-        edge,
-        area: Area { stiffness: parameters.k_a, rest: area_at(room) },
-        gravity: Gravity::off(),
-        drag: FarDrag { rate: RELAX_RATE },
-        eps_squared: smoothing * smoothing,
-        walls: pushes.walls,
-        others: pushes.others,
-    };
-    let ring = Ring::regular(n, at, room);
-    let dt = stepping.dt;
-    let placed = match stepping.integrator {
-        Integrator::Verlet => inflate(RingMotion::start(ring, effects, dt, instruction_set), dt, stop),
-        Integrator::Implicit => inflate(ImplicitMotion::start(ring, effects, dt, instruction_set), dt, stop),
-    };
-    let Some(mut ring) = placed? else { return Ok(None) };
-    ring.ux.fill(0.0);
-    ring.uy.fill(0.0);
-    if let Place::OnPlate = place {
-        let to_plate = ring.bounds()[1] + ring.origin[0] + 0.5 * parameters.delta;
-        ring.x.iter_mut().for_each(|x| *x -= to_plate);
+
+    /// A relaxed place for a soft particle.
+    ///
+    /// # Errors
+    /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if every place near the centre lies
+    /// inside a wall.
+    pub(crate) fn point<W: Walls>(self, e_w: f64, walls: &Arc<W>) -> Result<[f64; 2], Interruption> {
+        let (at, clearance) = match self.site {
+            Site::Free { at } => return Ok(at),
+            Site::OnPlate => return Ok([-0.5, 0.0]),
+            Site::Gap { at, clearance } => (at, clearance),
+        };
+        if clearance >= 0.5 {
+            return Ok(at);
+        }
+        if clearance < 0.0 {
+            return Err(no_room(clearance).into());
+        }
+        let dt = self.stepping.dt;
+        let effects = SoftEffects { stiffness: e_w, weight: 0.0, far_rate: RELAX_RATE, b0: 0.0, alpha: 1.0 };
+        let mut motion = SoftMotion::start(at, effects, dt, walls.clone(), self.instruction_set);
+        let seen = relax(dt, |steps| {
+            Motion::advance(&mut motion, steps, self.stop)?;
+            Ok(motion.observe())
+        })?;
+        Ok([seen.x, seen.y])
     }
-    Ok(Some(ring))
 }
 
-/// A ring under the drag of relaxation, whatever its integrator.
-trait Inflatable {
-    /// Its rest area.
-    fn rest_area(&mut self) -> &mut f64;
-    /// Takes time steps; false once `stop` is set.
-    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure>;
-    /// Reads off kinetic energy and area.
-    fn observe(&mut self) -> Observation;
-    /// The ring, done.
-    fn into_ring(self) -> Ring;
+/// A ring while it is inflated, by either integrator.
+enum Inflating {
+    Verlet(Box<VerletMotion>),
+    Implicit(Box<ImplicitMotion>),
 }
 
-impl<E: EdgeForce> Inflatable for RingMotion<E, FarDrag> {
-    fn rest_area(&mut self) -> &mut f64 {
-        &mut self.effects.area.rest
+impl Inflating {
+    /// Sets the rest area and takes `steps` time steps.
+    fn advance(&mut self, rest: f64, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
+        let arrived = match self {
+            Self::Verlet(motion) => {
+                motion.effects.area.rest = rest;
+                motion.advance(steps, stop)
+            }
+            Self::Implicit(motion) => {
+                motion.effects.area.rest = rest;
+                motion.advance(steps, stop)
+            }
+        };
+        arrived.map_err(not_inflated)
     }
-    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
-        Ok(self.advance_unless(stop, steps))
-    }
+
     fn observe(&mut self) -> Observation {
-        RingMotion::observe(self)
+        match self {
+            Self::Verlet(motion) => motion.observe(),
+            Self::Implicit(motion) => motion.observe(),
+        }
     }
+
     fn into_ring(self) -> Ring {
-        self.ring
-    }
-}
-
-impl<E: EdgeForce> Inflatable for ImplicitMotion<E, FarDrag> {
-    fn rest_area(&mut self) -> &mut f64 {
-        &mut self.effects.area.rest
-    }
-    fn advance(&mut self, stop: &AtomicBool, steps: u64) -> Result<bool, Failure> {
-        self.advance_unless(stop, steps)
-    }
-    fn observe(&mut self) -> Observation {
-        ImplicitMotion::observe(self)
-    }
-    fn into_ring(self) -> Ring {
-        self.ring
-    }
-}
-
-/// Blows a ring up from its rest area to the full one, and lets it relax; `None` once `stop` is set.
-fn inflate<M: Inflatable>(mut motion: M, dt: f64, stop: &AtomicBool) -> Result<Option<Ring>, Failure> {
-    let begin = *motion.rest_area();
-    let stages = 400_u32;
-    let steps_per_stage = (INFLATE_TIME / f64::from(stages) / dt).ceil() as u64;
-    for stage in 1..=stages {
-        let share = f64::from(stage) / f64::from(stages);
-        *motion.rest_area() = begin + share * (MASS - begin);
-        if !motion.advance(stop, steps_per_stage).map_err(not_blown_up)? {
-            return Ok(None);
+        match self {
+            Self::Verlet(motion) => motion.ring,
+            Self::Implicit(motion) => motion.ring,
         }
     }
-    for _ in 0..RELAX_TIME as u32 {
-        if !motion.advance(stop, (1.0 / dt).ceil() as u64).map_err(not_blown_up)? {
-            return Ok(None);
-        }
-        if motion.observe().kinetic < AT_REST {
-            break;
-        }
-    }
-    let seen = motion.observe();
-    if !seen.kinetic.is_finite() || seen.area_error.is_none_or(|e| !(e.abs() < 0.1)) {
-        let reason = format!("the droplet could not be blown up to full size: area error {:?}", seen.area_error);
-        return Err(Failure { class: FailureClass::Unstable, reason, step: 0, outline: None });
-    }
-    Ok(Some(motion.into_ring()))
 }
 
-/// The failure of a step while the droplet is put in place.
-fn not_blown_up(failure: Failure) -> Failure {
-    let reason = format!("the droplet could not be blown up to full size: {}", failure.reason);
-    Failure { reason, step: 0, ..failure }
-}
-
-/// A relaxed place for a soft particle.
-///
-/// # Errors
-/// `bad_input` if every place near the centre lies inside a wall.
-pub fn place_point<W: Walls>(
-    e_w: f64,
-    walls: &Arc<W>,
-    place: Place,
+/// Advances by one t0 at a time until the droplet is at rest, at most for [`RELAX_TIME`]; returns what it saw at the
+/// end.
+fn relax(
     dt: f64,
-    instruction_set: InstructionSet,
-) -> Result<[f64; 2], Failure> {
-    let (at, clearance) = match place {
-        Place::Free { at } => return Ok(at),
-        Place::OnPlate => return Ok([-0.5, 0.0]),
-        Place::Gap { at, clearance } => (at, clearance),
-    };
-    if clearance >= 0.5 {
-        return Ok(at);
-    }
-    if clearance < 0.0 {
-        return Err(no_room(clearance));
-    }
-    let effects = SoftEffects { stiffness: e_w, weight: 0.0, far_rate: RELAX_RATE, b0: 0.0, alpha: 1.0 };
-    let mut motion = SoftMotion::start(at, effects, dt, walls.clone(), instruction_set);
-    for _ in 0..RELAX_TIME as u32 {
-        motion.advance((1.0 / dt).ceil() as u64);
-        if motion.observe().kinetic < AT_REST {
-            break;
+    mut advance: impl FnMut(u64) -> Result<Observation, Interruption>,
+) -> Result<Observation, Interruption> {
+    let mut time = 0;
+    loop {
+        let seen = advance((1.0 / dt).ceil() as u64)?;
+        time += 1;
+        if seen.kinetic < AT_REST || time == RELAX_TIME {
+            return Ok(seen);
         }
     }
-    let seen = motion.observe();
-    Ok([seen.x, seen.y])
+}
+
+/// The failure of a step while a droplet is put in place.
+fn not_inflated(interruption: Interruption) -> Interruption {
+    match interruption {
+        Interruption::Stopped => Interruption::Stopped,
+        Interruption::Failed(failure) => {
+            let reason = format!("the droplet could not be blown up to full size: {}", failure.reason);
+            Interruption::Failed(Failure { reason, step: 0, ..failure })
+        }
+    }
 }
 
 fn no_room(clearance: f64) -> Failure {
@@ -243,41 +242,33 @@ fn no_room(clearance: f64) -> Failure {
 mod tests {
     use super::*;
     use crate::parameters::{Density, ObstacleField};
-    use crate::physics::ring::forces::contact::Contact;
-    use crate::physics::ring::forces::tension::Tension;
+    use crate::physics::ring::forces::contact::{Contact, WallContact};
     use crate::physics::walls::arrays::obstacles::ObstacleArray;
+
+    const STEPPINGS: [Stepping; 2] = [
+        Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
+        Stepping { integrator: Integrator::Implicit, dt: 0.02 },
+    ];
 
     #[test]
     fn a_droplet_blown_up_in_a_crowded_array_has_its_area_and_holds_no_disc() {
         let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(1.5), box_size: 30.0 };
-        let ring = Deformable { n_vertices: 128, ..Deformable::of_tension(1.0) };
+        let droplet = Deformable { n_vertices: 128, kappa: 0.0, ..Deformable::of_tension(1.0) };
+        let (instruction_set, never) = (InstructionSet::new(), AtomicBool::new(false));
         for seed in 0..4 {
             let discs = Arc::new(ObstacleArray::generate(&field, seed).unwrap());
-            let contact = || {
-                Box::new(Contact::new(
-                    discs.clone(),
-                    ring.contact,
-                    ring.n_vertices,
-                    ring.k_w(),
-                    ring.delta,
-                    InstructionSet::new(),
-                ))
+            let walls = || {
+                let (n, k_w) = (droplet.n_vertices, droplet.k_w());
+                Box::new(Contact::new(discs.clone(), droplet.contact, n, k_w, droplet.delta, instruction_set))
             };
             let (at, clearance) = discs.widest_gap_near_centre();
-            let place = Place::Gap { at, clearance };
-            let tension = Tension { gamma: 1.0 };
-            for stepping in [
-                Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-                Stepping { integrator: Integrator::Implicit, dt: 0.02 },
-            ] {
-                let never = AtomicBool::new(false);
-                let (pushes, instruction_set) =
-                    (Pushes { walls: contact(), others: Vec::new() }, InstructionSet::new());
-                let placed = place_ring(&ring, tension, place, pushes, &stepping, instruction_set, &never);
-                let placed = placed.unwrap().unwrap();
+            for stepping in &STEPPINGS {
+                let site = Site::Gap { at, clearance };
+                let placing = Placing { site, stepping, instruction_set, stop: &never };
+                let placed = placing.ring(&droplet, RingEffects::elastic(&droplet, walls())).unwrap();
                 let (area, _) = placed.area_and_perimeter();
                 assert!((area / MASS - 1.0).abs() < 2e-3, "seed {seed}: {area}");
-                assert!(contact().engulfed(&placed).is_none());
+                assert!(walls().engulfed(&placed).is_none());
             }
         }
     }

@@ -6,11 +6,11 @@
 use serde::{Deserialize, Serialize};
 
 /// A nominal step, in units of the smallest sub-step that there can be, `dt/65536`.
-pub const WHOLE: u32 = 1 << 16;
+pub(super) const WHOLE: u32 = 1 << 16;
 
 /// The present length of a sub-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StepControl {
+pub(super) struct StepControl {
     most_halvings: u32,
     patience: u32,
     halvings: u32,
@@ -18,13 +18,14 @@ pub struct StepControl {
 }
 
 impl StepControl {
-    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps in a row.
-    pub const fn new(most_halvings: u32, patience: u32) -> Self {
+    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps
+    /// in a row.
+    pub(super) const fn new(most_halvings: u32, patience: u32) -> Self {
         Self { most_halvings, patience, halvings: 0, successes: 0 }
     }
 
-    /// Goes on where `saved`, of the same limits, was; false if it is of others.
-    pub fn resume(&mut self, saved: Self) -> bool {
+    /// Goes on where `saved` was; false, and nothing is done, if `saved` has other limits.
+    pub(super) fn resume(&mut self, saved: Self) -> bool {
         let fits = Self { halvings: saved.halvings, successes: saved.successes, ..*self } == saved
             && saved.halvings <= self.most_halvings;
         if fits {
@@ -34,22 +35,22 @@ impl StepControl {
     }
 
     /// How many sub-steps of the present length make a nominal step.
-    pub fn parts(self) -> u32 {
+    pub(super) fn parts(self) -> u32 {
         1 << self.halvings
     }
 
     /// Length of the next sub-step in units of the smallest.
-    pub fn ticks(self) -> u32 {
+    pub(super) fn ticks(self) -> u32 {
         WHOLE >> self.halvings
     }
 
     /// Length of the next sub-step, for a nominal step of `dt`.
-    pub fn length(self, dt: f64) -> f64 {
+    pub(super) fn length(self, dt: f64) -> f64 {
         dt / f64::from(self.parts())
     }
 
     /// Takes note that a sub-step was accepted and ended `at` ticks into the nominal step.
-    pub fn accepted(&mut self, at: u32) {
+    pub(super) fn accepted(&mut self, at: u32) {
         self.successes += 1;
         if self.halvings > 0 && self.successes >= self.patience && at.is_multiple_of(2 * self.ticks()) {
             self.halvings -= 1;
@@ -58,7 +59,7 @@ impl StepControl {
     }
 
     /// Halves the step; false if it is the smallest already.
-    pub fn refused(&mut self) -> bool {
+    pub(super) fn refused(&mut self) -> bool {
         self.successes = 0;
         let shorter = self.halvings < self.most_halvings;
         self.halvings += u32::from(shorter);

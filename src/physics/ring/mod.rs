@@ -1,19 +1,25 @@
-//! The ring of a deformable particle: vertices counter-clockwise, structure of arrays, ghost cells at the seam.
+//! The ring of a deformable particle, and what acts on it.
 //!
-//! Positions are relative to an `origin` near the droplet, a multiple of [`ORIGIN_STEP`] that follows it, so that
-//! rounding does not grow with the distance travelled. Entries from `n` on repeat vertex 0: an edge or a vertex there
-//! adds exact zeros to every sum, and no loop needs a tail.
+//! Vertices stand counter-clockwise in one array for each coordinate. Positions are relative to an `origin` near the
+//! droplet, a multiple of `ORIGIN_STEP` that follows it, so that rounding does not grow with the distance travelled.
+//! Entries from `n` on repeat vertex 0: an edge or a vertex there adds exact zeros to every sum, and no loop needs a
+//! tail.
+//!
+//! This folder knows geometry, energies and forces; it does not know how time advances. Read [`Ring`] first, then
+//! [`forces`] with a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take
+//! most of the time.
 
+pub mod effects;
 pub mod forces;
-pub mod passes;
+pub(crate) mod passes;
 
 use crate::parameters::{MASS, regular_edge};
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, padded};
 use std::f64::consts::PI;
 
-/// The origin moves by multiples of this, exactly representable.
-pub const ORIGIN_STEP: f64 = 4.0;
+/// The origin moves by multiples of this, so that no position is rounded when it does.
+pub(crate) const ORIGIN_STEP: f64 = 4.0;
 
 /// State and scratch of a ring of `n` vertices.
 #[derive(Clone, Debug)]
@@ -28,43 +34,46 @@ pub struct Ring {
     pub ux: Aligned,
     /// y velocity, likewise.
     pub uy: Aligned,
-    /// Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7.
-    pub edge_x: Aligned,
-    /// Edge vectors, y, likewise.
-    pub edge_y: Aligned,
-    /// Tension over smoothed length of each edge, likewise.
-    pub coefficient: Aligned,
-    /// Forces of walls and the like on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
-    pub force_x: Aligned,
-    /// The same, y.
-    pub force_y: Aligned,
     /// Where the local coordinates start.
     pub origin: [f64; 2],
+    /// Scratch, as all that follows. Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7.
+    pub(crate) edge_x: Aligned,
+    /// Edge vectors, y, likewise.
+    pub(crate) edge_y: Aligned,
+    /// Tension over smoothed length of each edge, likewise.
+    pub(crate) coefficient: Aligned,
+    /// Forces of walls and the like on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
+    pub(crate) force_x: Aligned,
+    /// The same, y.
+    pub(crate) force_y: Aligned,
 }
 
 impl Ring {
+    /// A ring whose vertices all lie at rest at the origin of its local coordinates.
+    pub(crate) fn at(n: usize, origin: [f64; 2]) -> Self {
+        let (short, long) = (|| Aligned::zeros(padded(n)), || Aligned::zeros(padded(n) + LANES));
+        Self {
+            n,
+            x: long(),
+            y: long(),
+            ux: short(),
+            uy: short(),
+            edge_x: long(),
+            edge_y: long(),
+            coefficient: long(),
+            force_x: long(),
+            force_y: long(),
+            origin,
+        }
+    }
+
     /// A regular ring of radius `radius` at rest around `centre`.
     pub fn regular(n: usize, centre: [f64; 2], radius: f64) -> Self {
-        let long = padded(n) + LANES;
-        let origin = centre.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
-        let zeros = || Aligned::zeros(long);
-        let mut ring = Self {
-            n,
-            x: zeros(),
-            y: zeros(),
-            ux: Aligned::zeros(padded(n)),
-            uy: Aligned::zeros(padded(n)),
-            edge_x: zeros(),
-            edge_y: zeros(),
-            coefficient: zeros(),
-            force_x: zeros(),
-            force_y: zeros(),
-            origin,
-        };
+        let mut ring = Self::at(n, centre.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP));
         for i in 0..n {
             let (sin, cos) = libm::sincos(2.0 * PI * i as f64 / n as f64);
-            ring.x[i] = centre[0] - origin[0] + radius * cos;
-            ring.y[i] = centre[1] - origin[1] + radius * sin;
+            ring.x[i] = centre[0] - ring.origin[0] + radius * cos;
+            ring.y[i] = centre[1] - ring.origin[1] + radius * sin;
         }
         ring.close();
         ring
@@ -75,7 +84,7 @@ impl Ring {
         regular_edge(n) / (2.0 * libm::sin(PI / n as f64))
     }
 
-    /// Repeats vertex 0 behind the last one, and stills the padding.
+    /// Repeats vertex 0 behind the last one, and sets the velocities of the padding to zero.
     #[inline(always)]
     pub fn close(&mut self) {
         let (first_x, first_y, n) = (self.x[0], self.y[0], self.n);
@@ -87,17 +96,17 @@ impl Ring {
 
     /// Mass of one vertex, `m = M/N_v`.
     #[inline(always)]
-    pub fn vertex_mass(&self) -> f64 {
+    pub(crate) fn vertex_mass(&self) -> f64 {
         MASS / self.n as f64
     }
 
     /// Vertex positions in world coordinates, unwrapped.
-    pub fn world_vertices(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+    pub(crate) fn world_vertices(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         (0..self.n).map(|i| [self.x[i] + self.origin[0], self.y[i] + self.origin[1]])
     }
 
     /// Smallest box around the ring in local coordinates: `[x_min, x_max, y_min, y_max]`.
-    pub fn bounds(&self) -> [f64; 4] {
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
         let ([x0, x1], [y0, y1]) = (ends(&self.x[..self.n]), ends(&self.y[..self.n]));
         [x0, x1, y0, y1]
@@ -117,7 +126,7 @@ impl Ring {
     /// Area centroid in local coordinates and its velocity, for vertex velocities `v`.
     ///
     /// `C = sum (r_i + r_{i+1}) c_i/(6a)` with `c_i` the cross product of neighbours; its velocity is the derivative.
-    pub fn centroid(&self, vx: &[f64], vy: &[f64]) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn centroid(&self, vx: &[f64], vy: &[f64]) -> ([f64; 2], [f64; 2]) {
         // Sums relative to vertex 0 keep the cancellation small.
         let (x0, y0) = (self.x[0], self.y[0]);
         let (ux0, uy0) = (vx[0], vy[0]);
@@ -143,7 +152,7 @@ impl Ring {
     }
 
     /// Whether the point (local coordinates) lies inside the ring: its winding number is not zero.
-    pub fn contains(&self, px: f64, py: f64) -> bool {
+    pub(crate) fn contains(&self, px: f64, py: f64) -> bool {
         let mut winding = 0_i32;
         for i in 0..self.n {
             let (ax, ay, bx, by) = (self.x[i] - px, self.y[i] - py, self.x[i + 1] - px, self.y[i + 1] - py);
@@ -158,7 +167,7 @@ impl Ring {
     }
 
     /// Moves the origin next to vertex 0, if that has gone more than a step away.
-    pub fn follow(&mut self) {
+    pub(crate) fn follow(&mut self) {
         let shift = [self.x[0], self.y[0]].map(|c| (c / ORIGIN_STEP).trunc() * ORIGIN_STEP);
         if shift == [0.0, 0.0] {
             return;

@@ -1,26 +1,29 @@
 //! The passes over a ring that its integrators share, eight vertices at a time.
 //!
-//! [`edge_pass`] makes edges, tension coefficients and area from positions; [`net_forces`] the forces there. [`step_pass`] takes a Verlet step and leaves the edges of
-//! the *new* positions behind: while a block is still in registers its edges cost two shuffles instead of four loads, and one loop
-//! does what two did (linear tension at N_v = 256, AVX-512: 0.64 instead of 0.90 ns a vertex). The block after is needed for the
-//! last edge of a block, so edges follow one block behind.
+//! [`edge_pass`] makes edges, tension coefficients and area from positions, [`net_forces`] the forces there.
+//! [`step_pass`] takes a Verlet step and leaves the edges of the *new* positions behind: while a block is still in
+//! registers its edges cost two shuffles instead of four loads, and one loop does what two did (linear tension at N_v =
+//! 256, AVX-512: 0.64 instead of 0.90 ns a vertex). The last edge of a block needs the block after it, so edges follow
+//! one block behind.
 //!
-//! Each pass is compiled for every instruction set with and without edge lengths, pushes, and rates of drag of its own for each vertex.
+//! Each pass is compiled for every instruction set, and for each of these with and without edge lengths, forces of
+//! walls, and a rate of drag of its own for each vertex.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::{Rates, TensionLaw};
+use crate::physics::ring::forces::drag::Rates;
+use crate::physics::ring::forces::tension::TensionLaw;
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The tension of a ring.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeLaw {
+pub(crate) struct EdgeLaw {
     /// Its two numbers.
-    pub tension: TensionLaw,
+    pub(crate) tension: TensionLaw,
     /// Square of the smoothing length eps.
-    pub eps_squared: f64,
+    pub(crate) eps_squared: f64,
 }
 
 impl EdgeLaw {
@@ -39,7 +42,7 @@ fn add_cross<S: Instructions>(sum: f64x8<S>, x: f64x8<S>, y: f64x8<S>, ex: f64x8
 }
 
 /// Makes edge vectors and their tension coefficients; returns the area.
-pub fn edge_pass(instruction_set: InstructionSet, ring: &mut Ring, law: EdgeLaw) -> f64 {
+pub(crate) fn edge_pass(instruction_set: InstructionSet, ring: &mut Ring, law: EdgeLaw) -> f64 {
     if law.tension.needs_length() {
         on_instruction_set!(instruction_set, simd => edge_pass_with::<_, true>(simd, ring, law))
     } else {
@@ -80,8 +83,8 @@ fn close_seam(ring: &mut Ring) {
     }
 }
 
-/// Stores at `at` the edges of the block of vertices `here`, whose last one leads to the first of the block `next`, and their tension
-/// coefficients; adds their part of the area to `cross`.
+/// Stores at `at` the edges of the block of vertices `here` and their tension coefficients; adds their part of the area
+/// to `cross`. The last edge leads to the first vertex of the block `next`.
 #[inline(always)]
 fn edges_behind<S: Instructions, const LENGTH: bool>(
     simd: S,
@@ -104,26 +107,26 @@ fn edges_behind<S: Instructions, const LENGTH: bool>(
 
 /// The forces on a ring of known edges.
 #[derive(Clone, Copy, Debug)]
-pub struct RingForces {
+pub(crate) struct RingForces {
     /// Tension.
-    pub law: EdgeLaw,
+    pub(crate) law: EdgeLaw,
     /// Half the pressure of the area.
-    pub half_pressure: f64,
+    pub(crate) half_pressure: f64,
     /// Weight of a vertex.
-    pub weight: f64,
+    pub(crate) weight: f64,
     /// Whether `ring.force_x`, `ring.force_y` hold forces of walls and the like.
-    pub pushed: bool,
+    pub(crate) pushed: bool,
 }
 
 /// The edge arrays of a ring.
 #[derive(Clone, Copy)]
-pub(crate) struct Edges<'a> {
+pub(crate) struct EdgeArrays<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) y: &'a [f64],
     coefficient: &'a [f64],
 }
 
-impl<'a> Edges<'a> {
+impl<'a> EdgeArrays<'a> {
     #[inline(always)]
     pub(crate) fn of(ring: &'a Ring) -> Self {
         Self { x: &ring.edge_x, y: &ring.edge_y, coefficient: &ring.coefficient }
@@ -136,7 +139,7 @@ impl RingForces {
     pub(crate) fn at<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &self,
         simd: S,
-        edges: Edges<'_>,
+        edges: EdgeArrays<'_>,
         pushes: [&[f64]; 2],
         i: usize,
     ) -> (f64x8<S>, f64x8<S>) {
@@ -162,7 +165,13 @@ impl RingForces {
 }
 
 /// Stores the force on each vertex, drag apart.
-pub fn net_forces(instruction_set: InstructionSet, ring: &Ring, forces: &RingForces, fx: &mut [f64], fy: &mut [f64]) {
+pub(crate) fn net_forces(
+    instruction_set: InstructionSet,
+    ring: &Ring,
+    forces: &RingForces,
+    fx: &mut [f64],
+    fy: &mut [f64],
+) {
     if forces.law.tension.needs_length() {
         on_instruction_set!(instruction_set, simd => net_forces_with::<_, true>(simd, ring, forces, fx, fy));
     } else {
@@ -178,7 +187,7 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
     fx: &mut [f64],
     fy: &mut [f64],
 ) {
-    let (edges, pushes) = (Edges::of(ring), [&ring.force_x[..], &ring.force_y[..]]);
+    let (edges, pushes) = (EdgeArrays::of(ring), [&ring.force_x[..], &ring.force_y[..]]);
     for i in (0..ring.ux.len()).step_by(LANES) {
         let (x, y) = if forces.pushed {
             forces.at::<S, LENGTH, true>(simd, edges, pushes, i)
@@ -190,10 +199,10 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
     }
 }
 
-/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there. Needs the
-/// edges of the old positions. Returns the new area and the largest squared speed.
+/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there.
+/// The edges of the old positions must be up to date. Returns the new area and the largest squared speed.
 #[inline]
-pub fn step_pass(
+pub(crate) fn step_pass(
     instruction_set: InstructionSet,
     ring: &mut Ring,
     forces: &RingForces,
@@ -217,12 +226,12 @@ fn step_on<const LENGTH: bool, const PUSHED: bool>(
     dt: f64,
 ) -> (f64, f64) {
     match drag {
-        Rates::Even(rate) => {
-            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt))
-        }
-        Rates::Each(rates) => {
-            on_instruction_set!(instruction_set, simd => step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt))
-        }
+        Rates::Even(rate) => on_instruction_set!(instruction_set, simd => {
+            step_with::<_, LENGTH, PUSHED, true>(simd, ring, forces, rate, &[], dt)
+        }),
+        Rates::Each(rates) => on_instruction_set!(instruction_set, simd => {
+            step_with::<_, LENGTH, PUSHED, false>(simd, ring, forces, 0.0, rates, dt)
+        }),
     }
 }
 
@@ -250,7 +259,7 @@ fn step_with<S: Instructions, const LENGTH: bool, const PUSHED: bool, const EVEN
     let (mut x_before, mut y_before) = (zero, zero);
     let mut i = 0;
     while i + LANES <= long {
-        let edges = Edges { x: edge_x, y: edge_y, coefficient };
+        let edges = EdgeArrays { x: edge_x, y: edge_y, coefficient };
         let (fx, fy) = forces.at::<S, LENGTH, PUSHED>(simd, edges, pushes, i);
         let rate = if EVEN { f64x8::splat(simd, rate) } else { load(simd, rates, i) };
         let damping = rate * half_dt;
@@ -270,7 +279,7 @@ fn step_with<S: Instructions, const LENGTH: bool, const PUSHED: bool, const EVEN
         store(x, xs, i);
         store(y, ys, i);
         if i > 0 {
-            // Nothing reads these places any more: this block has taken the edge behind it from the last of them.
+            // These places are free: this block was the last to read them, for the edge behind it.
             let arrays = [&mut *edge_x, &mut *edge_y, &mut *coefficient];
             cross = edges_behind::<S, LENGTH>(simd, law, (x_before, y_before), (x, y), arrays, i, cross);
         }

@@ -1,8 +1,8 @@
 //! Eight numbers at a time: the few vector operations that the kernels share.
 //!
-//! Every kernel is generic over the instruction set `S` and works on [`f64x8`], whatever the width of the hardware:
-//! one AVX-512 register, two AVX2 registers, four NEON ones, or plain scalars. Only operations that IEEE 754 rounds
-//! exactly are used (the fused multiply-add among them), in one order, so all instruction sets give the same bits.
+//! Every kernel is generic over the instruction set `S` and works on [`f64x8`], whatever the width of the hardware: one
+//! AVX-512 register, two AVX2 registers, four NEON ones, or plain scalars. Kernels use only operations that IEEE 754
+//! rounds exactly (the fused multiply-add among them), in one order, so all instruction sets give the same bits.
 
 pub mod aligned;
 
@@ -10,14 +10,14 @@ pub use fearless_simd::Level as InstructionSet;
 use fearless_simd::{f64x8, prelude::*};
 
 /// Numbers in a vector; arrays are padded to a multiple of it.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// `1/sqrt(s)` to the last bit or two, for `s` between 1e-37 and 1e37.
 ///
 /// A single-precision start (relative error 1e-7) and one third-order step `y (1 + h/2 + 3h^2/8)`, `h = 1 - s y^2`,
 /// whose error is `5h^3/16`, below 1e-20. Costs less than half of a double-precision root and division.
 #[inline(always)]
-pub fn inverse_sqrt<S: Instructions>(simd: S, s: f64x8<S>) -> f64x8<S> {
+pub(crate) fn inverse_sqrt<S: Instructions>(simd: S, s: f64x8<S>) -> f64x8<S> {
     let [one, half, three_eighths] = [f64x8::splat(simd, 1.0), f64x8::splat(simd, 0.5), f64x8::splat(simd, 0.375)];
     let single = 1.0 / simd.narrow_f64x8(s, s).sqrt();
     let (y, _) = simd.widen_f32x16(single);
@@ -31,7 +31,7 @@ pub trait Instructions: Simd {
     fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self>;
 }
 
-/// Sets that have the instruction.
+/// Implements it for sets that have the instruction.
 macro_rules! fused {
     ($($set:ty),+) => {
         $(impl Instructions for $set {
@@ -48,7 +48,7 @@ fused!(fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
 fused!(fearless_simd::aarch64::Neon);
 
 impl Instructions for fearless_simd::Fallback {
-    // A call, for what stands for the instruction is long.
+    // Not inlined: what replaces the instruction is long.
     #[inline(never)]
     fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self> {
         let (x, y, z) = (a.as_slice(), b.as_slice(), c.as_slice());
@@ -59,37 +59,37 @@ impl Instructions for fearless_simd::Fallback {
 
 /// `a b + c`, rounded once.
 #[inline(always)]
-pub fn fma<S: Instructions>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
+pub(crate) fn fma<S: Instructions>(a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> f64x8<S> {
     S::fma(a, b, c)
 }
 
 /// Sum of the eight lanes, always in the same order.
 #[inline(always)]
-pub fn sum_lanes<S: Simd>(v: f64x8<S>) -> f64 {
+pub(crate) fn sum_lanes<S: Simd>(v: f64x8<S>) -> f64 {
     let l = v.as_slice();
     ((l[0] + l[1]) + (l[2] + l[3])) + ((l[4] + l[5]) + (l[6] + l[7]))
 }
 
 /// Largest of the eight lanes; NaN lanes are ignored unless all are.
 #[inline(always)]
-pub fn max_lanes<S: Simd>(v: f64x8<S>) -> f64 {
+pub(crate) fn max_lanes<S: Simd>(v: f64x8<S>) -> f64 {
     v.as_slice().iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b))
 }
 
 /// Loads eight numbers from `values[at..at + 8]`.
 #[inline(always)]
-pub fn load<S: Simd>(simd: S, values: &[f64], at: usize) -> f64x8<S> {
+pub(crate) fn load<S: Simd>(simd: S, values: &[f64], at: usize) -> f64x8<S> {
     f64x8::from_slice(simd, &values[at..at + LANES])
 }
 
 /// Stores eight numbers to `values[at..at + 8]`.
 #[inline(always)]
-pub fn store<S: Simd>(v: f64x8<S>, values: &mut [f64], at: usize) {
+pub(crate) fn store<S: Simd>(v: f64x8<S>, values: &mut [f64], at: usize) {
     v.store_slice(&mut values[at..at + LANES]);
 }
 
 /// `n` rounded up to a whole number of vectors.
-pub const fn padded(n: usize) -> usize {
+pub(crate) const fn padded(n: usize) -> usize {
     n.div_ceil(LANES) * LANES
 }
 

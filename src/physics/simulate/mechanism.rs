@@ -6,29 +6,32 @@
 //! | mechanism | rule, the first that holds |
 //! |---|---|
 //! | wrap | one obstacle carries `s_1 >= 0.7 S`, and along its contact the ring turns by 60 degrees or more |
-//! | squeeze | two carry `s_1 + s_2 >= 0.8 S`, each `s_i >= 0.15 S`; they push towards each other across gravity, the one at larger y with `F_y < 0` and the other with `F_y > 0`; and the droplet fills the throat: the midpoint of the two contacts lies inside it |
+//! | squeeze | two carry `s_1 + s_2 >= 0.8 S`, each `s_i >= 0.15 S`, push towards each other, and the throat is filled |
 //! | hybrid | anything else that holds |
 //!
-//! A soft particle has no ring that could bend, so it never wraps, and its one point cannot tell whether a throat is
-//! filled: the midpoint is not asked for.
+//! Two obstacles push towards each other across gravity if the one at larger y has `F_y < 0` and the other `F_y > 0`. The
+//! droplet fills the throat between them if the midpoint of the two contacts lies inside it.
 //!
-//! Shares and angle are a choice of this program ([C24] names the cases, not their limits). The kept outlines hold all that
-//! the rule reads, so that other limits can be tried on finished runs.
+//! A soft particle has no ring that could bend, so it never wraps. Its one point cannot tell whether a throat is
+//! filled, so its squeeze does not ask for the midpoint.
+//!
+//! Shares and angle are a choice of this program ([C24] names the cases, not their limits). The kept outlines hold all
+//! that the rule reads, so other limits can be tried on finished runs.
 
 use crate::results::outline::{LoadRecord, Outline};
 use crate::results::trajectory::Mechanism;
 
-/// Share of the supporting force above which one obstacle holds the droplet.
-pub const WRAP_SHARE: f64 = 0.7;
+/// Share of the supporting force from which on one obstacle holds the droplet.
+const WRAP_SHARE: f64 = 0.7;
 
-/// Angle, in degrees, by which the ring turns round an obstacle that it wraps.
-pub const WRAP_TURN: f64 = 60.0;
+/// Angle, in degrees, by which the ring turns round an obstacle that it wraps, at least.
+const WRAP_TURN: f64 = 60.0;
 
-/// Share of the supporting force above which two obstacles hold the droplet together,
-pub const SQUEEZE_SHARE: f64 = 0.8;
+/// Share of the supporting force from which on two obstacles hold the droplet together.
+const SQUEEZE_SHARE: f64 = 0.8;
 
-/// and the share that each of the two carries at least.
-pub const SQUEEZE_LEAST: f64 = 0.15;
+/// Share that each of these two carries at least.
+const SQUEEZE_LEAST: f64 = 0.15;
 
 /// How the droplet is held; `None` if nothing pushes against gravity.
 ///

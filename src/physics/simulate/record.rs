@@ -13,7 +13,7 @@
 use crate::parameters::{MASS, Point};
 use crate::physics::observation::Observation;
 use crate::results::outline::Outline;
-use crate::results::trajectory::{Clog, Outcome, Samples, Trajectory};
+use crate::results::trajectory::Samples;
 use serde::{Deserialize, Serialize};
 
 /// Share of the recorded time that counts as start-up.
@@ -22,33 +22,24 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-/// What a run has cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Effort {
-    /// Nominal time steps taken.
-    pub steps: u64,
-    /// Stretches or sub-steps refused and taken again in smaller ones.
-    pub refused: u64,
-}
-
 /// Collects the record of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Recorder {
+pub(super) struct Recorder {
     v_t: f64,
     start_x: f64,
-    samples: Samples,
-    outlines: Vec<Outline>,
-    shape_max: Option<f64>,
-    area_error_max: Option<f64>,
-    overlap_max: f64,
-    energy_rise_max: f64,
-    ek_ratio_min: f64,
-    engulfed_t: Option<f64>,
+    pub(super) samples: Samples,
+    pub(super) outlines: Vec<Outline>,
+    pub(super) shape_max: Option<f64>,
+    pub(super) area_error_max: Option<f64>,
+    pub(super) overlap_max: f64,
+    pub(super) energy_rise_max: f64,
+    pub(super) ek_ratio_min: f64,
+    pub(super) engulfed_t: Option<f64>,
 }
 
 impl Recorder {
     /// A record that begins with what is seen when gravity comes on.
-    pub fn new(point: &Point, begin: Observation) -> Self {
+    pub(super) fn new(point: &Point, begin: Observation) -> Self {
         let mut recorder = Self {
             v_t: point.v_t,
             start_x: begin.x,
@@ -68,17 +59,17 @@ impl Recorder {
     }
 
     /// Displacement along +x since the start, in sigma.
-    pub fn displacement(&self, seen: &Observation) -> f64 {
+    pub(super) fn displacement(&self, seen: &Observation) -> f64 {
         seen.x - self.start_x
     }
 
     /// E_k/E_t.
-    pub fn ek_ratio(&self, seen: &Observation) -> f64 {
+    pub(super) fn ek_ratio(&self, seen: &Observation) -> f64 {
         seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
     }
 
     /// Keeps the extremes.
-    pub fn watch(&mut self, seen: &Observation, energy_rise: f64) {
+    pub(super) fn watch(&mut self, seen: &Observation, energy_rise: f64) {
         let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
         self.shape_max = larger(self.shape_max, seen.shape);
         self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
@@ -88,12 +79,12 @@ impl Recorder {
     }
 
     /// Marks that an obstacle lies inside the ring at time `t`.
-    pub fn mark_engulfed(&mut self, t: f64) {
+    pub(super) fn mark_engulfed(&mut self, t: f64) {
         self.engulfed_t.get_or_insert(t);
     }
 
     /// Adds a sample.
-    pub fn record(&mut self, t: f64, seen: &Observation) {
+    pub(super) fn record(&mut self, t: f64, seen: &Observation) {
         let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
         let samples = &mut self.samples;
         samples.t.push(t);
@@ -107,52 +98,20 @@ impl Recorder {
     }
 
     /// Keeps an outline.
-    pub fn keep(&mut self, outline: Outline) {
+    pub(super) fn keep(&mut self, outline: Outline) {
         self.outlines.push(outline);
     }
 
-    /// The trajectory, ended by `outcome` at time `t`.
-    pub fn finish(
-        self,
-        outcome: Outcome,
-        t: f64,
-        effort: Effort,
-        seen: &Observation,
-        clog: Option<Clog>,
-    ) -> Trajectory {
-        Trajectory {
-            outcome,
-            r_end: self.displacement(seen),
-            t_end: t,
-            v_g_mean: slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t),
-            ek_ratio_end: self.ek_ratio(seen),
-            shape_max: self.shape_max,
-            area_error_max: self.area_error_max,
-            overlap_max: self.overlap_max,
-            energy_rise_max: self.energy_rise_max,
-            ek_ratio_min: self.ek_ratio_min,
-            engulfed_t: self.engulfed_t,
-            delta_s: (outcome == Outcome::Settled).then(|| self.displacement(seen)),
-            steps: effort.steps,
-            refused: effort.refused,
-            clog,
-            samples: self.samples,
-            outlines: self.outlines,
-        }
+    /// Mean speed after the start-up, in V_t.
+    pub(super) fn mean_speed(&self) -> Option<f64> {
+        slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t)
     }
 }
 
 /// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
 ///
 /// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
-///
-/// ```
-/// use meniscus::physics::simulate::record::slope_after_start_up;
-/// let t: Vec<f64> = (0..=10).map(f64::from).collect();
-/// let r: Vec<f64> = t.iter().map(|t| if *t < 1.0 { -7.0 } else { 3.0 + 0.5 * t }).collect();
-/// assert_eq!(slope_after_start_up(&t, &r), Some(0.5));
-/// ```
-pub fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
+fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
     let (first, last) = (*t.first()?, *t.last()?);
     let started = t.partition_point(|&time| time < first + START_UP * (last - first));
     let (t, r) = (&t[started..], &r[started..]);

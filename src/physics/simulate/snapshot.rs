@@ -1,40 +1,29 @@
 //! A trajectory on its way: everything that decides how it goes on, so that it goes on with the same bits.
 
-use crate::physics::motion::guard::GuardState;
-use crate::physics::motion::implicit::ImplicitState;
-use crate::physics::point::SoftState;
+use crate::parameters::Point;
+use crate::physics::motion::MotionState;
 use crate::physics::simulate::record::Recorder;
+use crate::physics::simulate::timetable::Timetable;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
-/// The state of a droplet in motion, by its integrator.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum MotionState {
-    /// Guarded Verlet steps of a ring.
-    Verlet(GuardState),
-    /// Implicit steps of a ring.
-    Implicit(Box<ImplicitState>),
-    /// A soft particle.
-    Soft(SoftState),
-}
-
-/// How far the driving has come, at a check.
+/// How far a run has come, at a check.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
     /// Time steps taken.
-    pub step: u64,
+    pub(super) step: u64,
     /// Checks made.
-    pub checks: u64,
+    pub(super) checks: u64,
     /// Whether the droplet was ever seen to move.
-    pub has_moved: bool,
-    /// Whether it was at rest at this check: a clog must show twice in a row.
-    pub was_below: bool,
+    pub(super) has_moved: bool,
+    /// Whether it was at rest at this check: a clog must show at two checks in a row.
+    pub(super) was_below: bool,
     /// Lowest total energy so far.
-    pub lowest_energy: f64,
+    pub(super) lowest_energy: f64,
     /// The outline at this check.
-    pub outline: Outline,
+    pub(super) outline: Outline,
     /// All that is recorded.
-    pub recorder: Recorder,
+    pub(super) recorder: Recorder,
 }
 
 /// A trajectory at one of its checks, ready to be saved.
@@ -48,6 +37,11 @@ impl Snapshot {
     /// Time steps taken so far.
     pub fn step(&self) -> u64 {
         self.course.step
+    }
+
+    /// Whether a run of `point` has steps left from here.
+    pub(super) fn is_before_the_end_of(&self, point: &Point) -> bool {
+        self.course.step < Timetable::of(point).end
     }
 }
 

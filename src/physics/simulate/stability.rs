@@ -7,18 +7,18 @@ use crate::parameters::{Deformable, MASS, Model, Point, SelfContact, regular_edg
 use crate::physics::ring::forces::self_contact::apart::Apart;
 
 /// Step of the source paper, and the largest that `dt = "auto"` takes.
-pub const PAPER_DT: f64 = 1e-3;
+pub(crate) const PAPER_DT: f64 = 1e-3;
 
 /// Share of the stability limit that `dt = "auto"` takes at most.
-pub const AUTO_SHARE: f64 = 0.8;
+pub(crate) const AUTO_SHARE: f64 = 0.8;
 
-/// How much stiffer the area of a ring of uneven edges is than that of a round one, `K_a sum (l_i + l_{i+1})^2/(4 m)` over
-/// `4 pi K_a`, when three vertices of four crowd together. Without it, at K_a = 1e6 and Gamma = 1.09, an eighth of the time
-/// had to be taken again in smaller steps.
+/// How much stiffer the area of a ring of uneven edges is than that of a round one: `K_a sum (l_i + l_{i+1})^2/(4 m)`
+/// over `4 pi K_a`, when three vertices of four crowd together. Without this factor, at K_a = 1e6 and Gamma = 1.09, an
+/// eighth of the time had to be taken again in smaller steps.
 const UNEVEN: f64 = 4.0;
 
 /// Whether vertices of this ring pile up and push each other apart.
-pub fn vertices_pile_up(ring: &Deformable) -> bool {
+pub(crate) fn vertices_pile_up(ring: &Deformable) -> bool {
     ring.self_contact == SelfContact::Auto && Apart::of(ring) == Apart::Places
 }
 

@@ -1,4 +1,4 @@
-//! Vectors of all vertices of a ring.
+//! A vector at each vertex of a ring: displacements, gradients.
 
 use crate::on_instruction_set;
 use crate::physics::simd::InstructionSet;
@@ -9,33 +9,33 @@ use serde::{Deserialize, Serialize};
 
 /// Vectors of x and y for each vertex, zero in the padding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Field {
+pub(super) struct Field {
     /// x components, `padded(n)` long.
-    pub x: Aligned,
+    pub(super) x: Aligned,
     /// y components, likewise.
-    pub y: Aligned,
+    pub(super) y: Aligned,
 }
 
 impl Field {
     /// Zeros for `n` vertices.
-    pub fn zero(n: usize) -> Self {
+    pub(super) fn zero(n: usize) -> Self {
         Self { x: Aligned::zeros(padded(n)), y: Aligned::zeros(padded(n)) }
     }
 
     /// Both components.
     #[inline(always)]
-    pub fn parts(&self) -> [&[f64]; 2] {
+    pub(super) fn parts(&self) -> [&[f64]; 2] {
         [&self.x, &self.y]
     }
 
     /// Both components, to be changed.
     #[inline(always)]
-    pub fn parts_mut(&mut self) -> [&mut [f64]; 2] {
+    pub(super) fn parts_mut(&mut self) -> [&mut [f64]; 2] {
         [&mut self.x, &mut self.y]
     }
 
     /// Largest length of a vector; not finite if one of them is not.
-    pub fn largest(&self, instruction_set: InstructionSet) -> f64 {
+    pub(super) fn largest(&self, instruction_set: InstructionSet) -> f64 {
         on_instruction_set!(instruction_set, simd => self.largest_with(simd))
     }
 
@@ -48,7 +48,7 @@ impl Field {
             let (x, y) = (load(simd, x, i), load(simd, y, i));
             let squared = x * x + y * y;
             largest = squared.simd_gt(largest).select(squared, largest);
-            // Zero for a number, and for nothing else: a NaN must not pass for small.
+            // Zero for finite numbers alone: a NaN must not pass for small.
             odd += squared * 0.0;
         }
         max_lanes(largest).sqrt() + sum_lanes(odd)
@@ -56,7 +56,7 @@ impl Field {
 
     /// Adds `share` of `by`.
     #[inline(always)]
-    pub fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
+    pub(super) fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
         let share = f64x8::splat(simd, share);
         for (to, by) in self.parts_mut().into_iter().zip(by.parts()) {
             for i in (0..by.len()).step_by(LANES) {
@@ -67,7 +67,7 @@ impl Field {
 
     /// Sum of the products with `other`, vertex by vertex.
     #[inline(always)]
-    pub fn dot<S: Instructions>(&self, simd: S, other: &Self) -> f64 {
+    pub(super) fn dot<S: Instructions>(&self, simd: S, other: &Self) -> f64 {
         let mut sum = f64x8::splat(simd, 0.0);
         let ([x, y], [other_x, other_y]) = (self.parts(), other.parts());
         for i in (0..x.len()).step_by(LANES) {
@@ -78,7 +78,7 @@ impl Field {
     }
 
     /// Sets the padding of `n` vertices to zero.
-    pub fn still_padding(&mut self, n: usize) {
+    pub(super) fn still_padding(&mut self, n: usize) {
         self.x[n..].fill(0.0);
         self.y[n..].fill(0.0);
     }

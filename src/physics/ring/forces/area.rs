@@ -20,7 +20,7 @@ impl Area {
     }
 
     /// Energy at area `a`.
-    pub fn energy(self, area: f64) -> f64 {
+    pub(crate) fn energy(self, area: f64) -> f64 {
         0.5 * self.stiffness * (area - self.rest) * (area - self.rest)
     }
 }

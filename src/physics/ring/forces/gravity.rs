@@ -21,12 +21,12 @@ impl Gravity {
 
     /// Force on one vertex along +x.
     #[inline(always)]
-    pub fn force(self) -> f64 {
+    pub(crate) fn force(self) -> f64 {
         self.vertex_weight
     }
 
     /// Energy of one vertex at `x`.
-    pub fn energy(self, x: f64) -> f64 {
+    pub(crate) fn energy(self, x: f64) -> f64 {
         -self.vertex_weight * x
     }
 }

@@ -7,7 +7,6 @@
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::{Drag, Rates};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, load, max_lanes, padded, store};
@@ -187,13 +186,15 @@ impl<W: Walls> Update for NearestWalls<W> {
     }
 }
 
-impl Drag for NearWallDrag {
-    fn update(&mut self, distance: f64, ring: &Ring) {
+impl NearWallDrag {
+    /// Brings the damping rates up to date with the ring, whose vertices moved by at most `distance`.
+    pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
         self.distances.update(distance, ring, &mut self.rates);
     }
 
-    fn rates(&self) -> Rates<'_> {
-        Rates::Each(&self.rates)
+    /// Damping rates of the vertices, in 1/t0.
+    pub(crate) fn rates(&self) -> &[f64] {
+        &self.rates
     }
 }
 

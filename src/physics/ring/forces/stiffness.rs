@@ -5,8 +5,9 @@
 //!
 //! # Writing your own
 //! An effect adds its second derivatives, or a positive semi-definite matrix above them, in
-//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). One that couples vertices which are not neighbours has no
-//! place here for that part; a bound such as `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)` does.
+//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). This matrix has no place for
+//! the coupling of vertices that are not neighbours, but it has one for a bound such as `k (u - w)(u - w)^T <= 2k (u
+//! u^T + w w^T)`.
 
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, load, padded, store};
@@ -25,26 +26,26 @@ pub enum Parts {
 #[derive(Clone, Debug)]
 pub struct Stiffness {
     /// Number of vertices.
-    pub n: usize,
+    pub(crate) n: usize,
     /// xx of block `(i, i)`, `padded(n) + 8` long; entry `n` belongs to vertex 0 until it is folded.
-    pub own_xx: Aligned,
+    pub(crate) own_xx: Aligned,
     /// xy and yx of block `(i, i)`.
-    pub own_xy: Aligned,
+    pub(crate) own_xy: Aligned,
     /// yy of block `(i, i)`.
-    pub own_yy: Aligned,
+    pub(crate) own_yy: Aligned,
     /// xx of block `(i, i + 1)`, `padded(n) + 8` long.
-    pub next_xx: Aligned,
+    pub(crate) next_xx: Aligned,
     /// xy of block `(i, i + 1)`: row x of vertex i, column y of vertex i + 1.
-    pub next_xy: Aligned,
+    pub(crate) next_xy: Aligned,
     /// yx of block `(i, i + 1)`.
-    pub next_yx: Aligned,
+    pub(crate) next_yx: Aligned,
     /// yy of block `(i, i + 1)`.
-    pub next_yy: Aligned,
+    pub(crate) next_yy: Aligned,
 }
 
 impl Stiffness {
     /// A zero matrix for `n` vertices.
-    pub fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         let zeros = || Aligned::zeros(padded(n) + LANES);
         Self {
             n,
@@ -59,43 +60,29 @@ impl Stiffness {
     }
 
     /// Adds what was put on entry `n` to vertex 0, which it is.
-    pub fn fold(&mut self) {
+    pub(crate) fn fold(&mut self) {
         for own in [&mut self.own_xx, &mut self.own_xy, &mut self.own_yy] {
             own[0] += own[self.n];
             own[self.n] = 0.0;
         }
     }
-
-    /// `A v` for a vector of `n` vertices.
-    pub fn times(&self, vx: &[f64], vy: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let n = self.n;
-        let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
-        for i in 0..n {
-            let j = (i + 1) % n;
-            x[i] += self.own_xx[i] * vx[i] + self.own_xy[i] * vy[i] + self.next_xx[i] * vx[j] + self.next_xy[i] * vy[j];
-            y[i] += self.own_xy[i] * vx[i] + self.own_yy[i] * vy[i] + self.next_yx[i] * vx[j] + self.next_yy[i] * vy[j];
-            x[j] += self.next_xx[i] * vx[i] + self.next_yx[i] * vy[i];
-            y[j] += self.next_xy[i] * vx[i] + self.next_yy[i] * vy[i];
-        }
-        (x, y)
-    }
 }
 
 /// Second derivatives of the energies of eight edges, each with respect to its two vertices.
 #[derive(Clone, Copy)]
-pub struct EdgeBlocks<S: Simd> {
+pub(crate) struct EdgeBlocks<S: Simd> {
     /// First vertex with itself: xx, xy, yy.
-    pub first: [f64x8<S>; 3],
+    pub(crate) first: [f64x8<S>; 3],
     /// First vertex (rows) with second (columns): xx, xy, yx, yy.
-    pub between: [f64x8<S>; 4],
+    pub(crate) between: [f64x8<S>; 4],
     /// Second vertex with itself: xx, xy, yy.
-    pub second: [f64x8<S>; 3],
+    pub(crate) second: [f64x8<S>; 3],
 }
 
 impl<S: Simd> EdgeBlocks<S> {
     /// Adds the blocks of the edges `i..i + 8`.
     #[inline(always)]
-    pub fn add_to(self, simd: S, stiffness: &mut Stiffness, i: usize) {
+    pub(crate) fn add_to(self, simd: S, stiffness: &mut Stiffness, i: usize) {
         let add = |values: &mut [f64], at: usize, term: f64x8<S>| store(load(simd, values, at) + term, values, at);
         let Stiffness { own_xx, own_xy, own_yy, next_xx, next_xy, next_yx, next_yy, .. } = stiffness;
         for (own, k) in [own_xx, own_xy, own_yy].into_iter().zip(0..3) {

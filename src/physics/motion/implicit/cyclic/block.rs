@@ -4,15 +4,15 @@ use crate::physics::simd::{Instructions, fma};
 use fearless_simd::{f64x8, prelude::*};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number, or eight.
+/// A number, or eight of them.
 pub(super) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
     /// `1/x`.
     fn inverse(self) -> Self;
-    /// `x b + c`; rounded once where eight numbers are.
+    /// `x b + c`, for eight numbers rounded only once.
     fn times(self, b: Self, c: Self) -> Self;
-    /// Whether it, or each, is positive.
+    /// Whether it is positive, or each of the eight.
     fn is_positive(self) -> bool;
 }
 
@@ -22,7 +22,7 @@ impl Number for f64 {
         1.0 / self
     }
 
-    // Plain code has no instruction for it.
+    // Not `mul_add`: without an instruction for it, that is a slow call.
     #[inline(always)]
     fn times(self, b: Self, c: Self) -> Self {
         self * b + c
@@ -125,7 +125,7 @@ pub(super) struct Pivot<T> {
 }
 
 impl<T: Number> Pivot<T> {
-    /// Less the product `a b`, known to be symmetric.
+    /// Less the product `a b`, which must be symmetric.
     #[inline(always)]
     pub(super) fn less(self, a: Block<T>, b: Block<T>) -> Self {
         let a = -a;

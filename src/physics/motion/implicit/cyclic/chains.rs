@@ -1,7 +1,7 @@
 //! Numbers of eight chains of vertices side by side: vertex `kL + j` in lane k of row j, and back.
 //!
-//! Picking eight numbers that lie L apart costs a shuffle for each; eight rows at once are the transpose of an eight by eight square,
-//! which takes three shuffles a row.
+//! Picking eight numbers that lie L apart costs a shuffle for each. Eight rows at once are the transpose of an eight by
+//! eight square, which takes three shuffles a row.
 
 use crate::physics::simd::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};

@@ -1,20 +1,22 @@
 //! Most of a ring eliminated in eight chains at once, one in each lane.
 //!
-//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. They, and the few
-//! left over when 8 does not divide n, are what remains when the chains are eliminated: a ring of 8 to 15 vertices of the
-//! same kind, in which vertex k stands for `kL`.
+//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. What
+//! remains when the chains are eliminated are these eight vertices, and the few left over when 8 does not divide n: a
+//! ring of 8 to 15 vertices of the same kind, in which vertex k stands for `kL`.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Pivot};
 use crate::physics::motion::implicit::cyclic::chains::{Line, by_vertex, side_by_side};
-use crate::physics::motion::implicit::cyclic::{Front, Solution, System, Zero};
+use crate::physics::motion::implicit::cyclic::elimination::{Front, System, Zero};
+use crate::physics::motion::implicit::cyclic::solution::Solution;
 use crate::physics::ring::forces::stiffness::Stiffness;
 use crate::physics::simd::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them to the next ones.
+/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them
+/// to the next ones.
 type Read = [Line; 11];
 
-/// What is kept of them: blocks `ahead`, `to_zero` and `right`, entry by entry; in the end the solution in the place of `right`.
+/// What is kept of them: blocks `ahead`, `to_zero` and `right`, entry by entry. In the end `right` holds the solution.
 type Kept = [Line; 12];
 
 /// The chains of a ring, and the ring that remains of it.
@@ -36,6 +38,12 @@ fn block<S: Instructions>(simd: S, from: &[Line]) -> Block<f64x8<S>> {
         yx: load(simd, &from[2].0, 0),
         yy: load(simd, &from[3].0, 0),
     }
+}
+
+/// Lane `k` of a vector.
+#[inline(always)]
+fn lane<S: Instructions>(entry: f64x8<S>, k: usize) -> f64 {
+    entry.as_slice()[k]
 }
 
 #[inline(always)]
@@ -132,7 +140,8 @@ impl Lanes {
         front
     }
 
-    /// Puts the ring together that remains, from the first vertices of the chains and what was taken off those behind them.
+    /// Puts together the ring that remains, from the first vertices of the chains and what was taken off those behind
+    /// them.
     #[inline(always)]
     fn remains<S: Instructions>(
         &mut self,
@@ -143,7 +152,6 @@ impl Lanes {
     ) {
         let (length, m) = (n / LANES, &mut self.matrix);
         m.n = n - LANES * (length - 1);
-        let lane = |entry: f64x8<S>, k: usize| entry.as_slice()[k];
         for k in 0..m.n {
             let (own, right, next) = if k < LANES {
                 let own =
@@ -165,6 +173,13 @@ impl Lanes {
             let [bx, by, gx, gy] = &mut self.right;
             (bx[k], by[k], gx[k], gy[k]) = (right.xx, right.yx, right.xy, right.yy);
         }
+        self.add_behind(behind);
+    }
+
+    /// Adds to the first vertices of the chains what was taken off the vertices behind the chains before them.
+    #[inline(always)]
+    fn add_behind<S: Instructions>(&mut self, behind: Front<f64x8<S>>) {
+        let m = &mut self.matrix;
         for k in 0..LANES {
             let to = (k + 1) % m.n;
             m.own_xx[to] += lane(behind.pivot.xx, k);

@@ -1,0 +1,103 @@
+//! The numbers of one implicit step, and what it remembers of the step before: second-order backward differences.
+
+use crate::physics::motion::implicit::field::Field;
+use crate::physics::motion::implicit::potential::Potential;
+use crate::physics::ring::Ring;
+use crate::physics::ring::forces::drag::Rates;
+use crate::physics::simd::{Instructions, LANES, fma, load, store};
+use fearless_simd::{f64x8, prelude::*};
+
+/// The step before.
+#[derive(Debug)]
+pub(super) struct Earlier {
+    /// Change of the positions.
+    pub(super) moved: Field,
+    /// Change of the velocities.
+    pub(super) gained: Field,
+    /// Its length; infinite if there was none, or none worth remembering.
+    pub(super) step: f64,
+}
+
+impl Earlier {
+    /// No step yet, of a ring of `n` vertices.
+    pub(super) fn none(n: usize) -> Self {
+        Self { moved: Field::zero(n), gained: Field::zero(n), step: f64::INFINITY }
+    }
+}
+
+/// The numbers of one step.
+#[derive(Clone, Copy)]
+pub(super) struct Scheme {
+    /// h, its length.
+    h: f64,
+    /// r, the ratio of h to the length of the step before.
+    ratio: f64,
+    /// s, the implicit share of the step.
+    s: f64,
+    /// `r^2/(1 + 2r)`, how much of the earlier change is kept.
+    keep: f64,
+}
+
+impl Scheme {
+    /// A step of length `h`, `ratio` times as long as the one before.
+    pub(super) fn of(h: f64, ratio: f64) -> Self {
+        let both = 1.0 + 2.0 * ratio;
+        Self { h, ratio, s: h * (1.0 + ratio) / both, keep: ratio * ratio / both }
+    }
+
+    /// Where the ring would be if its velocities went on to change as they did: `d = h (v + r/2 Dv)`.
+    #[inline(always)]
+    pub(super) fn foresee<S: Instructions>(self, simd: S, ring: &Ring, earlier: &Earlier, displacement: &mut Field) {
+        let (h, half_change) = (f64x8::splat(simd, self.h), f64x8::splat(simd, 0.5 * self.h * self.ratio));
+        let Field { x, y } = displacement;
+        for (to, v, gained) in
+            [(&mut x[..], &ring.ux[..], &earlier.gained.x[..]), (&mut y[..], &ring.uy[..], &earlier.gained.y[..])]
+        {
+            for i in (0..v.len()).step_by(LANES) {
+                store(fma(load(simd, gained, i), half_change, load(simd, v, i) * h), to, i);
+            }
+        }
+    }
+
+    /// Sets the weights and the free displacements of the potential.
+    #[inline(always)]
+    pub(super) fn aim<S: Simd>(
+        self,
+        simd: S,
+        ring: &Ring,
+        drag: Rates<'_>,
+        earlier: &Earlier,
+        potential: &mut Potential,
+    ) {
+        let Self { s, keep, .. } = self;
+        let inertia = ring.vertex_mass() / (s * s);
+        for i in (0..potential.weight.len()).step_by(LANES) {
+            let damping = f64x8::splat(simd, 1.0) + drag.load(simd, i) * s;
+            store(damping * inertia, &mut potential.weight, i);
+            let share = s / damping;
+            let vx = load(simd, &ring.ux, i) + load(simd, &earlier.gained.x, i) * keep;
+            let vy = load(simd, &ring.uy, i) + load(simd, &earlier.gained.y, i) * keep;
+            store(load(simd, &earlier.moved.x, i) * keep + vx * share, &mut potential.free.x, i);
+            store(load(simd, &earlier.moved.y, i) * keep + vy * share, &mut potential.free.y, i);
+        }
+    }
+
+    /// Takes over the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
+    #[inline(always)]
+    pub(super) fn accept<S: Instructions>(self, simd: S, ring: &mut Ring, d: &Field, earlier: &mut Earlier) {
+        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
+        let Earlier { moved, gained, .. } = earlier;
+        for (d, v, moved, gained) in [
+            (&d.x[..], &mut ring.ux[..], &mut moved.x[..], &mut gained.x[..]),
+            (&d.y[..], &mut ring.uy[..], &mut moved.y[..], &mut gained.y[..]),
+        ] {
+            for i in (0..d.len()).step_by(LANES) {
+                let (now, before) = (load(simd, d, i), load(simd, v, i));
+                let after = fma(load(simd, moved, i), less, now * inverse);
+                store(after - before, gained, i);
+                store(now, moved, i);
+                store(after, v, i);
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The soft particle as a [`Motion`]; its scheme stands with its forces in [`crate::physics::point`].
+
+use crate::physics::motion::{Interruption, Motion, MotionState, in_pieces};
+use crate::physics::observation::Observation;
+use crate::physics::point::SoftMotion;
+use crate::physics::walls::wall::Walls;
+use crate::results::outline::Outline;
+use std::sync::atomic::AtomicBool;
+
+/// Steps between two looks at whether to stop: about 10 ms.
+const PIECE: u64 = 1 << 20;
+
+impl<W: Walls> Motion for SoftMotion<W> {
+    fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
+        in_pieces(steps, PIECE, stop, |steps| SoftMotion::advance(self, steps))
+    }
+
+    fn state(&self) -> MotionState {
+        MotionState::Soft(SoftMotion::state(self))
+    }
+
+    fn follow(&mut self) {
+        SoftMotion::follow(self);
+    }
+
+    fn observe(&mut self) -> Observation {
+        SoftMotion::observe(self)
+    }
+
+    fn outline(&self, t: f64) -> Outline {
+        SoftMotion::outline(self, t)
+    }
+}

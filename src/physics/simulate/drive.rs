@@ -1,0 +1,105 @@
+//! Drives a droplet from check to check until its run ends: step, judge, record, finish.
+
+use crate::parameters::Point;
+use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::observation::Observation;
+use crate::physics::simulate::judge::Judge;
+use crate::physics::simulate::record::Recorder;
+use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
+use crate::physics::simulate::timetable::Timetable;
+use crate::physics::simulate::{RunEnded, mechanism};
+use crate::results::trajectory::{Clog, Failure, Outcome, Trajectory};
+use std::sync::atomic::AtomicBool;
+
+/// A run before its first step.
+pub(super) fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
+    let begin = motion.observe();
+    let mut recorder = Recorder::new(point, begin);
+    let outline = motion.outline(0.0);
+    if point.shapes_every.is_some() {
+        recorder.keep(outline.clone());
+    }
+    let lowest_energy = begin.energy();
+    Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, outline, recorder }
+}
+
+/// Advances from check to check until the run ends.
+pub(super) fn drive(
+    motion: &mut dyn Motion,
+    point: &Point,
+    mut course: Course,
+    stop: &AtomicBool,
+    keeper: &mut dyn Keeper,
+) -> Result<RunEnded, Failure> {
+    let (timetable, judge, dt) = (Timetable::of(point), Judge::of(point), point.stepping.dt);
+    loop {
+        let here = motion.state();
+        if keeper.wants() {
+            keeper.keep(Snapshot { course: course.clone(), motion: here.clone() });
+        }
+        let next = timetable.next(course.step);
+        match motion.advance(next - course.step, stop) {
+            Ok(()) => {}
+            Err(Interruption::Stopped) => return Ok(stopped(course, here)),
+            Err(Interruption::Failed(failure)) => {
+                let outline = Some(Box::new(motion.outline(failure.step as f64 * dt)));
+                return Err(Failure { outline, ..failure });
+            }
+        }
+        motion.follow();
+        (course.step, course.checks) = (next, course.checks + 1);
+        let (t, seen) = (next as f64 * dt, motion.observe());
+        judge.sound(motion, &mut course, &seen, t)?;
+        let outcome = judge.outcome(&mut course, &seen, next == timetable.end);
+        record(&mut course, timetable, &seen, t, outcome.is_some());
+        if let Some(outcome) = outcome {
+            let trajectory = finish(course, outcome, t, &seen, motion.refused());
+            return Ok(RunEnded::Finished(Box::new(trajectory)));
+        }
+    }
+}
+
+/// A run that was told to stop. What was done since the last check is dropped; it goes on from there.
+fn stopped(course: Course, motion: MotionState) -> RunEnded {
+    RunEnded::Stopped(Some(Box::new(Snapshot { course, motion })))
+}
+
+/// Records what is due at this check; at the last one, everything.
+fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64, last: bool) {
+    if last || timetable.is_sample(course.checks) {
+        course.recorder.record(t, seen);
+    }
+    if last || timetable.is_outline(course.checks) {
+        course.recorder.keep(course.outline.clone());
+    }
+}
+
+/// The trajectory of a run that ended at time `t`.
+fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused: u64) -> Trajectory {
+    let Course { step, outline, recorder, .. } = course;
+    let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));
+    let Observation { x, y, shape, contacts, .. } = *seen;
+    let clog = || Clog { t, r, x, y, ek_ratio, shape, contacts, mechanism: mechanism::of(&outline) };
+    Trajectory {
+        outcome,
+        r_end: r,
+        t_end: t,
+        v_g_mean: recorder.mean_speed(),
+        ek_ratio_end: ek_ratio,
+        shape_max: recorder.shape_max,
+        area_error_max: recorder.area_error_max,
+        overlap_max: recorder.overlap_max,
+        energy_rise_max: recorder.energy_rise_max,
+        ek_ratio_min: recorder.ek_ratio_min,
+        engulfed_t: recorder.engulfed_t,
+        delta_s: (outcome == Outcome::Settled).then_some(r),
+        steps: step,
+        refused,
+        clog: (outcome == Outcome::Clogged).then(clog),
+        samples: recorder.samples,
+        outlines: recorder.outlines,
+    }
+}
+
+#[cfg(test)]
+mod tests;

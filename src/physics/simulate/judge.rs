@@ -1,0 +1,110 @@
+//! What fails a run, and what ends it.
+
+use crate::parameters::{Engulfed, Model, Point, Scene};
+use crate::physics::motion::Motion;
+use crate::physics::observation::Observation;
+use crate::physics::ring::forces::self_contact::apart::Apart;
+use crate::physics::ring::forces::self_contact::crosses;
+use crate::physics::simulate::snapshot::Course;
+use crate::results::outline::Outline;
+use crate::results::trajectory::{Failure, FailureClass, Outcome};
+
+/// Rise of the total energy over its lowest value so far that only an instability can cause, in g rho sigma^3.
+const ENERGY_RISE_LIMIT: f64 = 0.05;
+
+/// The rules of one run; they depend on the point alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judge {
+    /// Vertex diameter.
+    delta: f64,
+    /// Which parts of a ring are too far apart along it to be neighbours.
+    apart: Apart,
+    /// Whether an obstacle inside the droplet is a failure.
+    fails_engulfed: bool,
+    /// Below this E_k/E_t a droplet is at rest.
+    ek_threshold: f64,
+    /// What coming to rest is called.
+    at_rest: Outcome,
+    /// Beyond this x a droplet is through.
+    h_end: f64,
+    /// After this displacement a run ends.
+    distance: f64,
+}
+
+impl Judge {
+    pub(super) fn of(point: &Point) -> Self {
+        let (delta, apart, fails_engulfed) = match &point.model {
+            Model::Deformable(ring) => (ring.delta, Apart::of(ring), ring.engulfed == Engulfed::Fail),
+            Model::Soft(_) => (0.0, Apart::Way, false),
+        };
+        let (h_end, at_rest) = match &point.scene {
+            Scene::Obstacles(_) => (f64::INFINITY, Outcome::Clogged),
+            Scene::Channel(channel) => (channel.h_end, Outcome::Clogged),
+            Scene::Disc(disc) => (disc.h_end, Outcome::Clogged),
+            Scene::Plate => (f64::INFINITY, Outcome::Settled),
+        };
+        let (ek_threshold, distance) = (point.limits.ek_threshold, point.limits.distance.unwrap_or(f64::INFINITY));
+        Self { delta, apart, fails_engulfed, ek_threshold, at_rest, h_end, distance }
+    }
+
+    /// Takes note of the energy and the outline at time `t`, and of an obstacle inside the droplet if that is allowed.
+    ///
+    /// # Errors
+    /// A [`Failure`] of class `unstable`, `engulfed` or `crossed`, with the last outline that was sound.
+    pub(super) fn sound(
+        &self,
+        motion: &dyn Motion,
+        course: &mut Course,
+        seen: &Observation,
+        t: f64,
+    ) -> Result<(), Failure> {
+        let rise = seen.energy() - course.lowest_energy;
+        // Written so that a NaN fails, too.
+        if !(rise < ENERGY_RISE_LIMIT) {
+            let reason =
+                format!("the total energy rose by {rise:.3e} at t = {t}; lower dt, or see it with `meniscus render`");
+            // Nothing sound is left of the droplet, so the outline of the check before is kept.
+            return Err(failure(FailureClass::Unstable, reason, course.step, &course.outline));
+        }
+        course.outline = motion.outline(t);
+        if let Some([x, y]) = motion.engulfed() {
+            if self.fails_engulfed {
+                let reason = format!(
+                    "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with \
+                     `meniscus render`"
+                );
+                return Err(failure(FailureClass::Engulfed, reason, course.step, &course.outline));
+            }
+            course.recorder.mark_engulfed(t);
+        }
+        if motion.ring().is_some_and(|ring| crosses(ring, self.delta, self.apart)) {
+            let reason = format!("the droplet's outline crosses itself at t = {t}");
+            return Err(failure(FailureClass::Crossed, reason, course.step, &course.outline));
+        }
+        course.lowest_energy = course.lowest_energy.min(seen.energy());
+        course.recorder.watch(seen, rise);
+        Ok(())
+    }
+
+    /// What ends the run at this check, if anything does; `last` if its time is over.
+    pub(super) fn outcome(&self, course: &mut Course, seen: &Observation, last: bool) -> Option<Outcome> {
+        let is_below = course.recorder.ek_ratio(seen) < self.ek_threshold;
+        course.has_moved |= !is_below;
+        // At two checks in a row: a droplet that turns back is at rest for an instant only.
+        let rests = course.has_moved && is_below && course.was_below;
+        course.was_below = is_below;
+        if rests {
+            Some(self.at_rest)
+        } else if seen.x >= self.h_end {
+            Some(Outcome::Exited)
+        } else if course.recorder.displacement(seen) >= self.distance {
+            Some(Outcome::Distance)
+        } else {
+            last.then_some(Outcome::TimeLimit)
+        }
+    }
+}
+
+fn failure(class: FailureClass, reason: String, step: u64, outline: &Outline) -> Failure {
+    Failure { class, reason, step, outline: Some(Box::new(outline.clone())) }
+}
