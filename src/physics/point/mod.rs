@@ -34,11 +34,12 @@ use std::sync::atomic::AtomicBool;
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
 
-/// Smallest distance from a wall that counts for the near-wall drag, in sigma; the rim of a soft particle sinks into walls.
+/// Smallest distance from a wall that counts for the near-wall drag, in sigma; the rim of a soft particle sinks into
+/// walls.
 const NEAREST: f64 = 0.01;
 
-/// A force along y too small to move anything. Without it the velocity along y of a droplet that falls freely dies away to a denormal
-/// number, over which processors take twenty times as long.
+/// A force along y too small to move anything. Without it the velocity along y of a droplet that falls freely dies away
+/// to a denormal number, over which processors take twenty times as long.
 const NEXT_TO_NOTHING: f64 = 1e-200;
 
 /// Steps between two looks at whether to stop: about 10 ms.
@@ -91,7 +92,8 @@ pub struct SoftState {
 }
 
 impl<W: Walls> SoftMotion<W> {
-    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero now.
+    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero
+    /// now.
     pub fn start(
         position: [f64; 2],
         effects: SoftEffects,
@@ -138,8 +140,8 @@ impl<W: Walls> SoftMotion<W> {
         SoftState { position, velocity, origin, listed_at, slack: self.near.skin.left }
     }
 
-    /// Goes on from `state`. The list is made where it was made before: with near-wall drag that place decides how far out walls
-    /// are listed, and so the last bits.
+    /// Goes on from `state`. The list is made where it was made before: with near-wall drag that place decides how far
+    /// out walls are listed, and so the last bits.
     pub(crate) fn resume(
         state: SoftState,
         effects: SoftEffects,
@@ -159,7 +161,8 @@ impl<W: Walls> SoftMotion<W> {
         0.5 + self.walls.surface()
     }
 
-    /// Lists the walls that may come into reach. With near-wall drag it looks further out until the nearest wall is among them for certain.
+    /// Lists the walls that may come into reach. With near-wall drag it looks further out until the nearest wall is
+    /// among them for certain.
     #[inline(never)]
     fn list_near(&mut self) {
         let [x, y] = self.position;
@@ -199,7 +202,8 @@ impl<W: Walls> SoftMotion<W> {
     /// wall, no less than a hundredth of sigma.
     fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
         let (effects, far) = (&self.effects, self.far + SKIN);
-        let depths = self.near.items.iter().filter_map(|obstacle| obstacle.touch_point(x, y, far).map(|(depth, _)| depth));
+        let depths =
+            self.near.items.iter().filter_map(|obstacle| obstacle.touch_point(x, y, far).map(|(depth, _)| depth));
         let distance = far - depths.fold(0.0, f64::max) - self.reach();
         effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
     }
@@ -219,7 +223,8 @@ impl<W: Walls> SoftMotion<W> {
         in_pieces(stop, steps, PIECE, |steps| self.advance(steps))
     }
 
-    /// Takes `steps` time steps. Compiled for the instruction set S, so that the fused multiply-adds are single instructions.
+    /// Takes `steps` time steps. Compiled for the instruction set S, so that the fused multiply-adds are single
+    /// instructions.
     #[inline(always)]
     fn advance_with<S: Simd, const NEAR_WALL: bool>(&mut self, _: S, steps: u64) {
         let factors = |rate: f64, dt: f64| {

@@ -1,7 +1,7 @@
 //! What droplets lean on, and where it stands.
 //!
-//! This folder knows parameters, results and [`simd`](crate::physics::simd), but nothing of droplets. Read [`wall`] first: it says what
-//! an obstacle must be able to tell, and how to write your own.
+//! This folder knows parameters, results and [`simd`](crate::physics::simd), but nothing of droplets. Read [`wall`]
+//! first: it says what an obstacle must be able to tell, and how to write your own.
 //!
 //! | module | idea |
 //! |---|---|

@@ -1,22 +1,24 @@
 //! Lists of what is near a droplet, and how long they hold.
 //!
-//! Contact, near-wall drag, self-contact and the soft particle all look only at what is near. Each lists what could matter
-//! within a little more than its own reach, and uses the list until something may have moved by that little more, the skin:
+//! Contact, near-wall drag, self-contact and the soft particle all look only at what is near. Each lists what could
+//! matter within a little more than its own reach, and uses the list until something may have moved by that little
+//! more, the skin:
 //!
 //! ```text
 //! |---- reach ----|-- skin --|
 //! ```
 //!
 //! A list made within `reach + skin` misses nothing within `reach` as long as nothing has moved further than `skin`. So
-//! each step costs one subtraction for the distance travelled, and a list is made again only when the skin is used up, or when
-//! the origin of the coordinates has moved, in which its items are told.
+//! each step costs one subtraction for the distance travelled, and a list is made again only when the skin is used up,
+//! or when the origin of the coordinates has moved, in which its items are told.
 //!
-//! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made, unless its owner
-//! stores something else with it, which then is part of the owner's saved state.
+//! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made, unless its
+//! owner stores something else with it, which then is part of the owner's saved state.
 
 use crate::physics::walls::wall::{Obstacle, Walls};
 
-/// Obstacles are not looked for around anything larger than this, in sigma: a ring that has burst would ask for the whole scene.
+/// Obstacles are not looked for around anything larger than this, in sigma: a ring that has burst would ask for the
+/// whole scene.
 const LARGEST: f64 = 1e3;
 
 /// How far things may move before a list of what is near them misses something.
@@ -63,7 +65,8 @@ impl<T> Neighbours<T> {
         Self { items: Vec::new(), skin: Skin::new(skin), origin: [f64::NAN; 2] }
     }
 
-    /// Takes note that nothing moved further than `distance`, in coordinates with this origin; tells whether the list must be made again.
+    /// Takes note that nothing moved further than `distance`, in coordinates with this origin; tells whether the list
+    /// must be made again.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64, origin: [f64; 2]) -> bool {
         self.skin.moved(distance) || self.origin != origin
@@ -77,8 +80,8 @@ impl<T> Neighbours<T> {
     }
 }
 
-/// The obstacles whose skeletons may come within `far` of the box `[x_min, x_max, y_min, y_max]`, in the order of their ids, told in
-/// coordinates relative to `origin`.
+/// The obstacles whose skeletons may come within `far` of the box `[x_min, x_max, y_min, y_max]`, in the order of their
+/// ids, told in coordinates relative to `origin`.
 pub(crate) fn obstacles_near<W: Walls>(walls: &W, origin: [f64; 2], bounds: [f64; 4], far: f64) -> Vec<W::Obstacle> {
     let [x0, x1, y0, y1] = bounds;
     let mut near = Vec::new();

@@ -1,7 +1,8 @@
 //! What an obstacle must be able to tell, and the walls of a scene.
 //!
 //! # Skeleton and surface
-//! An obstacle is a convex *skeleton* and a *surface* that surrounds it at a fixed distance, which all obstacles of a scene share:
+//! An obstacle is a convex *skeleton* and a *surface* that surrounds it at a fixed distance, which all obstacles of a
+//! scene share:
 //!
 //! | obstacle | skeleton | distance of the surface |
 //! |---|---|---|
@@ -9,38 +10,43 @@
 //! | [`Wedge`](crate::physics::walls::wedge::Wedge) | a sharp wedge | the radius of its tip |
 //! | [`HalfPlane`](crate::physics::walls::plate::HalfPlane) | everything beyond a line | 0 |
 //!
-//! All distances below are signed and from the skeleton, negative inside it. They are convex functions along an edge, because the skeleton
-//! is convex, so an edge has one nearest point.
+//! All distances below are signed and from the skeleton, negative inside it. They are convex functions along an edge,
+//! because the skeleton is convex, so an edge has one nearest point.
 //!
 //! # What is asked
-//! With `d(p)` the distance of a point, `p(q) = p0 + q e` the points of an edge, `q` in [0, 1], and `n` the unit normal away from
-//! the obstacle at the nearest point:
+//! With `d(p)` the distance of a point, `p(q) = p0 + q e` the points of an edge, `q` in [0, 1], and `n` the unit normal
+//! away from the obstacle at the nearest point:
 //!
 //! | question | answer | who asks |
 //! |---|---|---|
 //! | [`Obstacle::distance`] | `min d(p(q))` over q, for eight edges | contact, to list what is near |
 //! | [`Obstacle::distance_to`] | `d(p)`, for eight points | near-wall drag |
-//! | [`Obstacle::touch`] | `q`, overlap `reach - min (d(p(q)) + beta (q - 1/2)^2)` and `n`, for eight edges | contact, at each step |
+//! | [`Obstacle::touch`] | `q`, `reach - min (d(p(q)) + beta (q - 1/2)^2)` and `n`, for eight edges | contact, at each step |
 //! | [`Obstacle::touch_point`] | `reach - d(p)` and `n`, for one point | the soft particle |
 //! | [`Obstacle::push_point`] | `f + k (reach - d(p)) n`, for one point | the soft particle, at each step |
 //! | [`Obstacle::curvature`] | `1/d` where a corner is nearest, 0 where a face is | the implicit integrator |
+//! | [`Obstacle::inner_point`] | a point that no droplet may contain | the check for engulfed obstacles |
+//! | [`Obstacle::id`] | a number | sums over obstacles, which go in its order |
 //!
-//! The term in `beta` is there for flat faces. An edge that lies parallel to one has no one nearest point, and its force would
-//! jump from end to end. With the term the function is still convex, the force still the gradient of an energy, and continuous.
-//! Round obstacles need none: their [`Obstacle::BETA`] is zero.
+//! The term in `beta` is there for flat faces. An edge that lies parallel to one has no one nearest point, and its
+//! force would jump from end to end. With the term the function is still convex, the force still the gradient of an
+//! energy, and continuous. Round obstacles need none: their [`Obstacle::BETA`] is zero.
 //!
 //! # Writing your own
-//! 1. Implement [`Obstacle`] for a small `Copy` type that holds the skeleton in local coordinates, and what tells it from the others. `plate.rs` is the shortest
-//!    example, `disc.rs` one without a face, `wedge.rs` one with faces and a corner. Functions of eight lanes are `#[inline(always)]` and use no closures:
-//!    code that is not inlined for sure has no vector instructions of its own.
-//! 2. Implement [`Walls`] for the scene: the distance of the surface, and which obstacles come near a box. This one is asked rarely.
-//! 3. Test `distance` against points sampled along edges, as `wedge.rs` does, and the force against the slope of the energy, as
-//!    `tests/physics.rs` does.
+//! 1. Implement [`Obstacle`] for a small `Copy` type that holds the skeleton in local coordinates, and what tells it
+//!    from the others. `plate.rs` is the shortest example, `disc.rs` one without a face, `wedge.rs` one with faces and
+//!    a corner. Functions of eight lanes are `#[inline(always)]` and use no closures: code that is not inlined for sure
+//!    has no vector instructions of its own.
+//! 2. Implement [`Walls`] for the scene: the distance of the surface, and which obstacles come near a box. This one is
+//!    asked rarely.
+//! 3. Test `distance` against points sampled along edges, as `wedge.rs` does, and the force against the slope of the
+//!    energy, as `tests/physics.rs` does.
 
 use crate::physics::simd::Instructions;
 use fearless_simd::{f64x8, prelude::*};
 
-/// beta of obstacles with flat faces: the depth, in sigma, over which the force on an edge parallel to a face passes from one end to the other.
+/// beta of obstacles with flat faces: the depth, in sigma, over which the force on an edge parallel to a face passes
+/// from one end to the other.
 pub(crate) const FACE_BETA: f64 = 2.5e-4;
 
 /// Eight edges: where they start, relative to the ring's origin, and their vectors.
@@ -89,10 +95,11 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
-    /// `force` and the push on a point, which is `stiffness` times how deep the point lies within `reach`, along the normal.
+    /// `force` and the push on a point, which is `stiffness` times how deep the point lies within `reach`, along the
+    /// normal.
     ///
-    /// `memory` is the obstacle's own from one step to the next, zero at first. An obstacle may keep there what makes the next
-    /// answer quicker, for a point that has hardly moved.
+    /// `memory` is the obstacle's own from one step to the next, zero at first. An obstacle may keep there what makes
+    /// the next answer quicker, for a point that has hardly moved.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
         let _ = memory;
@@ -105,12 +112,12 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
         }
     }
 
-    /// How fast the normal turns along the surface through each point outside the skeleton: the inverse distance where a
-    /// corner of the skeleton is nearest, zero where a face is.
+    /// How fast the normal turns along the surface through each point outside the skeleton: the inverse distance where
+    /// a corner of the skeleton is nearest, zero where a face is.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
 
-    /// The point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced by it.
-    /// `None` where no one point tells.
+    /// The point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced
+    /// by it. `None` where no one point tells.
     fn inner_point(&self) -> Option<[f64; 2]>;
 }
 
@@ -161,7 +168,7 @@ pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
     /// Distance of the surface from the skeleton: the radius of a disc or of a tip, in sigma.
     fn surface(&self) -> f64;
 
-    /// Calls `visit` with every obstacle whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`. Box and obstacles are in
-    /// coordinates relative to `origin`. An obstacle may be visited twice, as two periodic images.
+    /// Calls `visit` with every obstacle whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`. Box and
+    /// obstacles are in coordinates relative to `origin`. An obstacle may be visited twice, as two periodic images.
     fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Obstacle));
 }

@@ -1,10 +1,10 @@
 //! A constriction between two wedges: `|y| >= w/2 + |x| tan(angle)`, infinite to both sides ([C24] 2.3).
 //!
-//! A tip radius rounds the wedges off. The skeleton is then a sharp wedge whose tip stands further from the axis by that radius, with the
-//! surface at the radius around it, so that the orifice keeps its width.
+//! A tip radius rounds the wedges off. The skeleton is then a sharp wedge whose tip stands further from the axis by
+//! that radius, with the surface at the radius around it, so that the orifice keeps its width.
 //!
-//! For a point at (x, y) from the tip of a wedge that opens upwards, mirrored to the right face (x >= 0), with s and c the sine and cosine of
-//! the angle:
+//! For a point at (x, y) from the tip of a wedge that opens upwards, mirrored to the right face (x >= 0), with s and c
+//! the sine and cosine of the angle:
 //!
 //! ```text
 //! x c + y s <= 0:  the tip is nearest,   d = sqrt(x^2 + y^2),   n = (x, y)/d
@@ -70,8 +70,8 @@ struct Separation<S: Simd> {
 }
 
 impl Wedge {
-    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`. The deepest point of a box is the one that is nearest to the
-    /// axis, at the edge on the wedge's side.
+    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`. The deepest point of a box is the one that is
+    /// nearest to the axis, at the edge on the wedge's side.
     fn meets(&self, [x0, x1, y0, y1]: [f64; 4]) -> bool {
         let off_axis = (x0 - self.x).max(self.x - x1).max(0.0);
         let deep = ((y0 - self.y) * self.side).max((y1 - self.y) * self.side);
@@ -98,8 +98,9 @@ impl Wedge {
 
     /// The point of each edge where `d(q) + beta (q - 1/2)^2` is smallest: that value, the normal there, and q.
     ///
-    /// The function is convex. Its minimum is at an end of the edge, or is the minimum of one of its pieces (the right face, the left
-    /// face, the tip), or lies where the nearer face changes, on the axis. So the smallest of the values at these candidates is the minimum.
+    /// The function is convex. Its minimum is at an end of the edge, or is the minimum of one of its pieces (the right
+    /// face, the left face, the tip), or lies where the nearer face changes, on the axis. So the smallest of the values
+    /// at these candidates is the minimum.
     #[inline(always)]
     fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, beta: f64) -> (Separation<S>, f64x8<S>) {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));

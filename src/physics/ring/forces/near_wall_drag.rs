@@ -1,10 +1,12 @@
-//! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`, `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
+//! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`,
+//! `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
 //!
-//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. Each block of eight vertices has a list of the walls that may be
-//! the nearest of one of them. The smallest of the distances from these is exact, so no result depends on when the lists were made.
+//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. Each block of eight vertices has a
+//! list of the walls that may be the nearest of one of them. The smallest of the distances from these is exact, so no
+//! result depends on when the lists were made.
 //!
-//! At the paper's `alpha = 4/3` the power is the fourth of an inverse cube root, by Newton's method from a guess that is 4% off.
-//! Other exponents go through `libm::pow`.
+//! At the paper's `alpha = 4/3` the power is the fourth of an inverse cube root, by Newton's method from a guess that
+//! is 4% off. Other exponents go through `libm::pow`.
 //!
 //! Example: at `b0/b_inf = 0.4`, one diameter away from the nearest wall, a vertex is damped at 1.4/V_t.
 

@@ -1,8 +1,9 @@
-//! Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with `w = (1 - q) da + q db` the
-//! shift of the material point that touches.
+//! Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with
+//! `w = (1 - q) da + q db` the shift of the material point that touches.
 //!
-//! Where a vertex touches, the normal turns with it: with t normal to n and c the curvature, `d^2 o = -c (t.w)^2`. Where the
-//! inside of an edge e touches, the nearest point also moves along it, to the minimum over q of `d(q) + beta (q - 1/2)^2`:
+//! Where a vertex touches, the normal turns with it: with t normal to n and c the curvature, `d^2 o = -c (t.w)^2`.
+//! Where the inside of an edge e touches, the nearest point also moves along it, to the minimum over q of
+//! `d(q) + beta (q - 1/2)^2`:
 //!
 //! ```text
 //! d^2 o = -c (t.w)^2 + g [n.de + c (t.e) (t.w)]^2,     g = 1/[c (t.e)^2 + 2 beta]

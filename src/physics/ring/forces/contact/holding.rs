@@ -1,7 +1,8 @@
 //! Contacts that pull for a while, for the implicit integrator.
 //!
-//! Newton's method goes to and fro where an edge touches in one iteration and not in the next. So an edge that was pushed when
-//! the last step ended can be held: within [`HELD_WITHIN`] of losing touch its spring goes on acting, then as a pull.
+//! Newton's method goes to and fro where an edge touches in one iteration and not in the next. So an edge that was
+//! pushed when the last step ended can be held: within [`HELD_WITHIN`] of losing touch its spring goes on acting, then
+//! as a pull.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::contact::Contact;

@@ -61,8 +61,8 @@ impl<W: Walls> Contact<W> {
     }
 }
 
-/// Adds the push of one edge to the load of obstacle `id`. Until the load is finished, `at` is a sum with the pushes as weights, and `turn`
-/// the sum of the pushes.
+/// Adds the push of one edge to the load of obstacle `id`. Until the load is finished, `at` is a sum with the pushes as
+/// weights, and `turn` the sum of the pushes.
 fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
     if loads.last().is_none_or(|load| load.id != id) {
         loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });

@@ -1,12 +1,12 @@
 //! Contact of the ring with walls: `U = sum (k_w/2)(delta/2 - d)^2` where `d < delta/2` ([C24] eq. 3).
 //!
-//! By default the sum is over edges. There `d` is the distance from the nearest point of the edge to the surface, negative inside
-//! it. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices as `1 - q` to `q`. The
-//! literal form of the paper sums over vertices.
+//! By default the sum is over edges. There `d` is the distance from the nearest point of the edge to the surface,
+//! negative inside it. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices
+//! as `1 - q` to `q`. The literal form of the paper sums over vertices.
 //!
-//! Only stretches of the ring with a wall near are looked at (`stretches`), and while there are none the effect is left out of the
-//! step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result depends on when
-//! the list was made.
+//! Only stretches of the ring with a wall near are looked at (`stretches`), and while there are none the effect is left
+//! out of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
+//! depends on when the list was made.
 //!
 //! | module | idea |
 //! |---|---|
@@ -179,8 +179,8 @@ impl<W: Walls> RingForce for Contact<W> {
         self.holds = false;
     }
 
-    /// The pushes at the end of the last implicit step, nothing if there were none. Made again from the positions their last bits could
-    /// differ, since the origin may have moved.
+    /// The pushes at the end of the last implicit step, nothing if there were none. Made again from the positions their
+    /// last bits could differ, since the origin may have moved.
     fn memory(&self) -> Vec<f64> {
         if self.pushes.iter().any(|push| *push != 0.0) { self.pushes.clone() } else { Vec::new() }
     }

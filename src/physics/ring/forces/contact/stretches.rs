@@ -1,7 +1,7 @@
 //! Which stretches of the ring an obstacle may touch.
 //!
-//! A stretch is a run of blocks of eight edges, one of which at least comes near the obstacle. Where an edge comes within reach plus skin, its whole
-//! block is listed.
+//! A stretch is a run of blocks of eight edges, one of which at least comes near the obstacle. Where an edge comes
+//! within reach plus skin, its whole block is listed.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
@@ -21,8 +21,8 @@ pub(super) struct Stretch<T> {
     pub(super) end: usize,
 }
 
-/// The eight edges from edge `i` on, their vectors times `share`. It is 1 where edges touch. It is 0 where vertices alone do, because
-/// an edge of no length stands for its first vertex.
+/// The eight edges from edge `i` on, their vectors times `share`. It is 1 where edges touch. It is 0 where vertices
+/// alone do, because an edge of no length stands for its first vertex.
 #[inline(always)]
 pub(super) fn edges_at<S: Simd>(simd: S, ring: &Ring, i: usize, share: f64) -> Edges<S> {
     // The ring's own edge vectors are still those of the step before when the list is made.

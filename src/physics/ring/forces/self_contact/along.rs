@@ -44,8 +44,8 @@ impl Along {
         self.whole_way = way;
     }
 
-    /// Which of the eight vertices from `vertices` on lie apart from edge `j` of a ring of `n`: from both of its ends, because a vertex
-    /// next to either is a neighbour, however long the edge is.
+    /// Which of the eight vertices from `vertices` on lie apart from edge `j` of a ring of `n`: from both of its ends,
+    /// because a vertex next to either is a neighbour, however long the edge is.
     #[inline(always)]
     pub(super) fn apart<S: Simd>(&self, simd: S, vertices: usize, j: usize, n: usize) -> mask64x8<S> {
         let next = if j + 1 == n { 0 } else { j + 1 };

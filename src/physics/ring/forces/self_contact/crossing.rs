@@ -1,7 +1,7 @@
 //! Whether a ring crosses itself, which no droplet does.
 //!
-//! Edges are looked at in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block and the next one, or a block and
-//! itself, if all their edges lead the same way. What is left is compared edge by edge.
+//! Edges are looked at in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block and the
+//! next one, or a block and itself, if all their edges lead the same way. What is left is compared edge by edge.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
@@ -35,7 +35,8 @@ fn edge(ring: &Ring, i: usize) -> [f64; 4] {
     [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]]
 }
 
-/// Whether all edges of the blocks from `a` to `b` lead forwards along the straight line from the first vertex to the last.
+/// Whether all edges of the blocks from `a` to `b` lead forwards along the straight line from the first vertex to the
+/// last.
 fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
     let [start, end] = [block(ring, a).start, block(ring, b).end];
     let (wx, wy) = (ring.x[end] - ring.x[start], ring.y[end] - ring.y[start]);
@@ -45,7 +46,8 @@ fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
     })
 }
 
-/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may, and an edge and the next one cannot.
+/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may, and an edge and
+/// the next one cannot.
 fn blocks_cross(ring: &Ring, a: usize, b: usize, pile: usize, delta: f64) -> bool {
     block(ring, a).any(|i| {
         let within = |j: usize, places: usize| j <= i + places || i + ring.n - j <= places;

@@ -1,13 +1,14 @@
-//! The ring repels itself where it folds back: `U = sum (k/2)(delta - d)^2` over vertices and edges that lie apart along the
-//! ring and closer than `delta` in the plane.
+//! The ring repels itself where it folds back: `U = sum (k/2)(delta - d)^2` over vertices and edges that lie apart
+//! along the ring and closer than `delta` in the plane.
 //!
-//! `d` is the distance of a vertex from its nearest point on an edge. Vertices against edges miss nothing: in the plane, two edges that do
-//! not cross are nearest at an end of one of them. There are two ways to tell what lies apart along the ring, see `apart`. They
-//! agree about folds, but not about piles of vertices.
+//! `d` is the distance of a vertex from its nearest point on an edge. Vertices against edges miss nothing: in the
+//! plane, two edges that do not cross are nearest at an end of one of them. There are two ways to tell what lies apart
+//! along the ring, see `apart`. They agree about folds, but not about piles of vertices.
 //!
-//! Eight vertices are paired with each edge that comes close to one of them. Where nothing comes close there is no pair, and the effect only costs a
-//! look at the boxes around blocks of edges, whenever the droplet has deformed by the skin. The ways along the ring are measured when the list is
-//! made, so the results depend on when that was, and the list is part of the droplet's saved state.
+//! Eight vertices are paired with each edge that comes close to one of them. Where nothing comes close there is no
+//! pair, and the effect only costs a look at the boxes around blocks of edges, whenever the droplet has deformed by the
+//! skin. The ways along the ring are measured when the list is made, so the results depend on when that was, and the
+//! list is part of the droplet's saved state.
 //!
 //! | module | idea |
 //! |---|---|
@@ -65,7 +66,8 @@ impl SelfContact {
         }
     }
 
-    /// Overlap of eight vertices with edge `j` within `reach`: how deep, where on the edge, and the unit normal from edge to vertex.
+    /// Overlap of eight vertices with edge `j` within `reach`: how deep, where on the edge, and the unit normal from
+    /// edge to vertex.
     #[inline(always)]
     fn overlap<S: Simd>(&self, simd: S, ring: &Ring, vertices: usize, j: usize, reach: f64) -> Option<[f64x8<S>; 4]> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));

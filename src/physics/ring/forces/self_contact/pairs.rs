@@ -49,7 +49,8 @@ fn mean(ring: &Ring) -> [f64; 2] {
 }
 
 impl SelfContact {
-    /// Makes the list of pairs again: of all blocks of vertices with all edges, those that come within delta and the skin.
+    /// Makes the list of pairs again: of all blocks of vertices with all edges, those that come within delta and the
+    /// skin.
     #[inline(never)]
     pub(super) fn list(&mut self, ring: &Ring) {
         self.near.renew(ring.origin);
