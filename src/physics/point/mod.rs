@@ -102,36 +102,12 @@ impl<W: Walls> SoftMotion<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
-        let mut motion =
-            Self::at([position[0] - origin[0], position[1] - origin[1]], origin, effects, dt, walls, instruction_set);
-        motion.list_near();
-        let force = motion.force(motion.position);
+        let position = [position[0] - origin[0], position[1] - origin[1]];
+        let state = SoftState { position, velocity: [0.0; 2], origin, listed_at: position, slack: SKIN };
+        let mut motion = Self::resume(state, effects, dt, walls, instruction_set);
+        let force = motion.force(position);
         motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
         motion
-    }
-
-    /// A point at rest, its list yet to be made.
-    fn at(
-        position: [f64; 2],
-        origin: [f64; 2],
-        effects: SoftEffects,
-        dt: f64,
-        walls: Arc<W>,
-        instruction_set: InstructionSet,
-    ) -> Self {
-        Self {
-            position,
-            velocity: [0.0; 2],
-            origin,
-            effects,
-            dt,
-            walls,
-            near: Neighbours::new(SKIN),
-            memories: Vec::new(),
-            instruction_set,
-            far: 0.0,
-            listed_at: [f64::NAN; 2],
-        }
     }
 
     /// Its state between two steps.
@@ -150,9 +126,21 @@ impl<W: Walls> SoftMotion<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let SoftState { position, velocity, origin, listed_at, slack } = state;
-        let mut motion = Self::at(listed_at, origin, effects, dt, walls, instruction_set);
+        let mut motion = Self {
+            position: listed_at,
+            velocity,
+            origin,
+            effects,
+            dt,
+            walls,
+            near: Neighbours::new(SKIN),
+            memories: Vec::new(),
+            instruction_set,
+            far: 0.0,
+            listed_at,
+        };
         motion.list_near();
-        (motion.position, motion.velocity, motion.near.skin.left) = (position, velocity, slack);
+        (motion.position, motion.near.skin.left) = (position, slack);
         motion
     }
 

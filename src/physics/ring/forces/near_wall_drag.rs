@@ -33,9 +33,9 @@ const SKIN: f64 = 0.05;
 
 /// The near-wall drag of a ring, among walls of any scene.
 #[derive(Debug)]
-pub(crate) struct NearWallDrag {
+pub struct NearWallDrag {
     rates: Aligned,
-    law: Box<dyn Update>,
+    distances: Box<dyn Update>,
 }
 
 /// What brings the damping rates up to date.
@@ -43,9 +43,9 @@ trait Update: Send + Sync + std::fmt::Debug {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]);
 }
 
-/// The law of the drag, and the walls that may be nearest to each vertex.
+/// What the rates follow from, and the walls that may be nearest to each vertex.
 #[derive(Debug)]
-struct NearWallLaw<W: Walls> {
+struct NearestWalls<W: Walls> {
     walls: Arc<W>,
     instruction_set: InstructionSet,
     /// `1/V_t`.
@@ -73,7 +73,7 @@ impl NearWallDrag {
     ) -> Self {
         let mut rates = Aligned::zeros(padded(n_vertices));
         rates.fill(1.0 / v_t);
-        let law = Box::new(NearWallLaw {
+        let distances = Box::new(NearestWalls {
             walls,
             instruction_set,
             far_rate: 1.0 / v_t,
@@ -83,11 +83,11 @@ impl NearWallDrag {
             nearest: Neighbours::new(SKIN),
             of_block: Vec::new(),
         });
-        Self { rates, law }
+        Self { rates, distances }
     }
 }
 
-impl<W: Walls> NearWallLaw<W> {
+impl<W: Walls> NearestWalls<W> {
     /// Lists, for each block, every wall that could be the nearest to one of its vertices within the skin.
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
@@ -164,7 +164,7 @@ fn power<S: Simd>(simd: S, d: f64x8<S>, alpha: f64) -> f64x8<S> {
     (root * root) * (root * root)
 }
 
-impl<W: Walls> Update for NearWallLaw<W> {
+impl<W: Walls> Update for NearestWalls<W> {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]) {
         if self.nearest.moved(distance, ring.origin) {
             self.list(ring);
@@ -181,7 +181,7 @@ impl<W: Walls> Update for NearWallLaw<W> {
 
 impl Drag for NearWallDrag {
     fn update(&mut self, distance: f64, ring: &Ring) {
-        self.law.update(distance, ring, &mut self.rates);
+        self.distances.update(distance, ring, &mut self.rates);
     }
 
     fn rates(&self) -> Rates<'_> {
