@@ -1,4 +1,7 @@
-//! A disc as a wall.
+//! A disc: a point, its centre c, with the surface at its radius.
+//!
+//! The nearest point of an edge from p with the vector e lies at `q = -(p - c).e/e^2`, cut off to [0, 1]. Distance and
+//! normal there are length and direction of `p + q e - c`, and the normal turns by the inverse distance.
 
 use crate::physics::walls::wall::{Edges, Obstacle, Touch};
 use fearless_simd::{f64x8, prelude::*};
@@ -6,7 +9,7 @@ use fearless_simd::{f64x8, prelude::*};
 /// A disc near a droplet, in local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// What tells it from the others of its array.
+    /// Tells it from the others of its array.
     pub id: u32,
     /// x of its centre.
     pub x: f64,
@@ -15,7 +18,7 @@ pub struct Disc {
 }
 
 impl Obstacle for Disc {
-    const LEVEL: f64 = 0.0;
+    const BETA: f64 = 0.0;
 
     fn id(&self) -> u32 {
         self.id
@@ -57,8 +60,11 @@ impl Obstacle for Disc {
         })
     }
 
-    /// `k (R/d - 1) (x, y)`. A soft particle waits for nothing but the inverse distance, so it is made without root or division from the one before:
-    /// `y (1 + e/2 + 3e^2/8 + 5e^3/16 + 35e^4/128)`, `e = 1 - d^2 y^2`, whose error `63e^5/256` is below 1e-17 for the e that are let pass.
+    /// Adds `k (R/d - 1) r`, where R is the reach and r, of length d, leads from the centre to the point.
+    ///
+    /// Each step of a soft particle waits for `1/d` and little else. So it is made without root or division from y, the
+    /// one of the step before: `y (1 + e/2 + 3e^2/8 + 5e^3/16 + 35e^4/128)` with `e = 1 - d^2 y^2`. The series is used
+    /// for `|e| < 5e-4`, where its error `63e^5/256` is below 1e-17.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (at[0] - self.x, at[1] - self.y);
@@ -85,7 +91,7 @@ impl Obstacle for Disc {
         1.0 / (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt()
     }
 
-    fn heart(&self) -> Option<[f64; 2]> {
+    fn inner_point(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }
 }

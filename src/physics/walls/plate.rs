@@ -1,6 +1,10 @@
 //! A flat wall across the droplet's way at `x = 0`, on which it comes to rest ([C24] Fig. 7b).
+//!
+//! A point at x is `x0 - x` away from the half-plane beyond x0. Along an edge that is linear in q, so the edge's
+//! nearest point is an end. With the term in beta ([`wall`](crate::physics::walls::wall)) it lies at
+//! `q = 1/2 + e_x/(2 beta)`, cut off to [0, 1].
 
-use crate::physics::walls::wall::{Edges, LEVEL, Obstacle, Touch, Walls};
+use crate::physics::walls::wall::{Edges, FACE_BETA, Obstacle, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The plate, `x >= 0`.
@@ -26,7 +30,7 @@ pub struct HalfPlane {
 }
 
 impl Obstacle for HalfPlane {
-    const LEVEL: f64 = LEVEL;
+    const BETA: f64 = FACE_BETA;
 
     fn id(&self) -> u32 {
         0
@@ -45,8 +49,8 @@ impl Obstacle for HalfPlane {
     #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
-        let q = (0.5 + edges.ex * (0.5 / LEVEL)).max(zero).min(one);
-        let distance = self.x - edges.x - q * edges.ex + LEVEL * (q - 0.5) * (q - 0.5);
+        let q = (0.5 + edges.ex * (0.5 / FACE_BETA)).max(zero).min(one);
+        let distance = self.x - edges.x - q * edges.ex + FACE_BETA * (q - 0.5) * (q - 0.5);
         let overlap = (reach - distance).max(zero);
         overlap.simd_gt(zero).any_true().then_some(Touch { q, overlap, nx: -one, ny: zero })
     }
@@ -61,7 +65,7 @@ impl Obstacle for HalfPlane {
         f64x8::splat(simd, 0.0)
     }
 
-    fn heart(&self) -> Option<[f64; 2]> {
+    fn inner_point(&self) -> Option<[f64; 2]> {
         None
     }
 }

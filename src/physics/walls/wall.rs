@@ -1,22 +1,53 @@
-//! What a droplet can touch: convex obstacles, told from the skeleton that their surface surrounds at a fixed distance.
+//! What an obstacle must be able to tell, and the walls of a scene.
 //!
-//! A disc is a point with the surface at its radius; a wedge with a rounded tip is a sharp wedge with the surface at the tip
-//! radius; a plate is a half-plane. Signed distances to a convex skeleton are convex along an edge, so an edge has one
-//! nearest point.
+//! # Skeleton and surface
+//! An obstacle is a convex *skeleton* and a *surface* that surrounds it at a fixed distance, which all obstacles of a
+//! scene share:
 //!
-//! Against a flat face an edge that lies parallel has no one nearest point, and the force would jump from end to end. So flat
-//! faces take the minimum over `q` in [0, 1] of `d(q) + beta (q - 1/2)^2`, [`LEVEL`] being beta: still convex, its force
-//! still the gradient of an energy, and continuous.
+//! | obstacle | skeleton | distance of the surface |
+//! |---|---|---|
+//! | [`Disc`](crate::physics::walls::disc::Disc) | a point | its radius |
+//! | [`Wedge`](crate::physics::walls::wedge::Wedge) | a sharp wedge | the radius of its tip |
+//! | [`HalfPlane`](crate::physics::walls::plate::HalfPlane) | everything beyond a line | 0 |
+//!
+//! All distances below are signed and from the skeleton, negative inside it. They are convex functions along an edge,
+//! because the skeleton is convex, so an edge has one nearest point.
+//!
+//! # What is asked
+//! With `d(p)` the distance of a point, `p(q) = p0 + q e` the points of an edge, `q` in [0, 1], and `n` the unit normal
+//! away from the obstacle at the nearest point:
+//!
+//! | question | answer | who asks |
+//! |---|---|---|
+//! | [`Obstacle::distance`] | `min d(p(q))` over q, for eight edges | contact, to list what is near |
+//! | [`Obstacle::distance_to`] | `d(p)`, for eight points | near-wall drag |
+//! | [`Obstacle::touch`] | `q`, `reach - min (d(p(q)) + beta (q - 1/2)^2)` and `n`, for eight edges | contact, at each step |
+//! | [`Obstacle::touch_point`] | `reach - d(p)` and `n`, for one point | the soft particle |
+//! | [`Obstacle::push_point`] | `f + k (reach - d(p)) n`, for one point | the soft particle, at each step |
+//! | [`Obstacle::curvature`] | `1/d` where a corner is nearest, 0 where a face is | the implicit integrator |
+//! | [`Obstacle::inner_point`] | a point that no droplet may contain | the check for engulfed obstacles |
+//! | [`Obstacle::id`] | a number | sums over obstacles, which go in its order |
+//!
+//! The term in `beta` is there for flat faces. An edge that lies parallel to one has no one nearest point, and its
+//! force would jump from end to end. With the term the function is still convex, the force still the gradient of an
+//! energy, and continuous. Round obstacles need none: their [`Obstacle::BETA`] is zero.
 //!
 //! # Writing your own
-//! An obstacle implements [`Obstacle`] for eight edges, and for eight vertices, at a time; a scene implements [`Walls`], which lists
-//! the obstacles near a droplet.
+//! 1. Implement [`Obstacle`] for a small `Copy` type that holds the skeleton in local coordinates, and what tells it
+//!    from the others. `plate.rs` is the shortest example, `disc.rs` one without a face, `wedge.rs` one with faces and
+//!    a corner. Functions of eight lanes are `#[inline(always)]` and use no closures: code that is not inlined for sure
+//!    has no vector instructions of its own.
+//! 2. Implement [`Walls`] for the scene: the distance of the surface, and which obstacles come near a box. This one is
+//!    asked rarely.
+//! 3. Test `distance` against points sampled along edges, as `wedge.rs` does, and the force against the slope of the
+//!    energy, as `tests/physics.rs` does.
 
 use crate::physics::simd::Instructions;
 use fearless_simd::{f64x8, prelude::*};
 
-/// Depth, in sigma, over which the force on an edge parallel to a flat face passes from one end to the other.
-pub const LEVEL: f64 = 2.5e-4;
+/// beta of obstacles with flat faces: the depth, in sigma, over which the force on an edge parallel to a face passes
+/// from one end to the other.
+pub(crate) const FACE_BETA: f64 = 2.5e-4;
 
 /// Eight edges: where they start, relative to the ring's origin, and their vectors.
 #[derive(Clone, Copy)]
@@ -44,18 +75,18 @@ pub struct Touch<S: Simd> {
     pub ny: f64x8<S>,
 }
 
-/// A convex obstacle.
+/// A convex obstacle. The [module](self) says what each question means.
 pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// beta of its contact with edges: [`LEVEL`] for obstacles with flat faces, zero for round ones.
-    const LEVEL: f64;
+    /// beta in [`touch`](Self::touch): 2.5e-4 sigma for obstacles with flat faces, zero for round ones.
+    const BETA: f64;
 
     /// Orders the obstacles of a scene, so that sums over them have one order.
     fn id(&self) -> u32;
 
-    /// Distance from the nearest point of each edge to the skeleton, negative inside it.
+    /// Distance of the skeleton from the nearest point of each edge, negative inside it.
     fn distance<S: Simd>(&self, simd: S, edges: Edges<S>) -> f64x8<S>;
 
-    /// The same from points.
+    /// Distance of the skeleton from each point, negative inside it.
     fn distance_to<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
 
     /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
@@ -64,8 +95,11 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
-    /// `force` and the push on a point, `stiffness` times how deep it lies within `reach`, along the normal. `memory` is the obstacle's own from call to call, for
-    /// points that hardly moved; zero if there was none.
+    /// `force` and the push on a point, which is `stiffness` times how deep the point lies within `reach`, along the
+    /// normal.
+    ///
+    /// `memory` is the obstacle's own from one step to the next, zero at first. An obstacle may keep there what makes
+    /// the next answer quicker, for a point that has hardly moved.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
         let _ = memory;
@@ -78,18 +112,18 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
         }
     }
 
-    /// How fast the normal turns at a point outside the skeleton (local coordinates): the inverse distance where the nearest
-    /// of the skeleton is a corner, zero where it is a face.
+    /// How fast the normal turns along the surface through each point outside the skeleton: the inverse distance where
+    /// a corner of the skeleton is nearest, zero where a face is.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
 
-    /// Whether the obstacle counts as inside a ring that contains this point (local coordinates); `None` for obstacles that
-    /// reach to infinity, which no ring can contain.
-    fn heart(&self) -> Option<[f64; 2]>;
+    /// The point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced
+    /// by it. `None` where no one point tells.
+    fn inner_point(&self) -> Option<[f64; 2]>;
 }
 
-/// How an instruction set asks an obstacle: in line where it has vectors. Plain code asks by a call, for there eight lanes are long, and in
-/// line everywhere they took minutes of compilation.
-pub trait Asking: Instructions {
+/// How an instruction set asks an obstacle: in line where it has vectors, by a call where it has none. Eight lanes are
+/// long in plain code, and took minutes to compile when they were in line everywhere.
+pub(crate) trait ObstacleQueries: Instructions {
     /// [`Obstacle::distance`].
     fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self>;
 
@@ -100,9 +134,9 @@ pub trait Asking: Instructions {
     fn touch<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
 }
 
-macro_rules! asking {
+macro_rules! obstacle_queries {
     ($inline:meta: $($set:ty),+) => {
-        $(impl Asking for $set {
+        $(impl ObstacleQueries for $set {
             #[$inline]
             fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self> {
                 obstacle.distance(self, edges)
@@ -121,20 +155,20 @@ macro_rules! asking {
     };
 }
 #[cfg(target_arch = "x86_64")]
-asking!(inline(always): fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
+obstacle_queries!(inline(always): fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
 #[cfg(target_arch = "aarch64")]
-asking!(inline(always): fearless_simd::aarch64::Neon);
-asking!(inline(never): fearless_simd::Fallback);
+obstacle_queries!(inline(always): fearless_simd::aarch64::Neon);
+obstacle_queries!(inline(never): fearless_simd::Fallback);
 
 /// The walls of a scene.
 pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
-    /// Their obstacle.
+    /// What they are made of.
     type Obstacle: Obstacle;
 
-    /// Distance of the surface from the skeleton: the radius of a disc or a tip.
+    /// Distance of the surface from the skeleton: the radius of a disc or of a tip, in sigma.
     fn surface(&self) -> f64;
 
-    /// Calls `visit` with every obstacle whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`, all in
-    /// coordinates relative to `origin`.
+    /// Calls `visit` with every obstacle whose skeleton may come into the box `[x_min, x_max, y_min, y_max]`. Box and
+    /// obstacles are in coordinates relative to `origin`. An obstacle may be visited twice, as two periodic images.
     fn for_each_near(&self, origin: [f64; 2], bounds: [f64; 4], visit: impl FnMut(Self::Obstacle));
 }

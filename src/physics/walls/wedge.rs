@@ -1,9 +1,19 @@
 //! A constriction between two wedges: `|y| >= w/2 + |x| tan(angle)`, infinite to both sides ([C24] 2.3).
 //!
-//! With a tip radius the wedges are rounded off so that the orifice keeps its width: a sharp wedge whose tip stands that
-//! much further out, surrounded by a surface at the tip radius.
+//! A tip radius rounds the wedges off. The skeleton is then a sharp wedge whose tip stands further from the axis by
+//! that radius, with the surface at the radius around it, so that the orifice keeps its width.
+//!
+//! For a point at (x, y) from the tip of a wedge that opens upwards, mirrored to the right face (x >= 0), with s and c
+//! the sine and cosine of the angle:
+//!
+//! ```text
+//! x c + y s <= 0:  the tip is nearest,   d = sqrt(x^2 + y^2),   n = (x, y)/d
+//! otherwise:       the face is nearest,  d = x s - y c,         n = (s, -c)
+//! ```
+//!
+//! The nearest point of an edge is the best of six candidates: `Wedge::nearest` says why.
 
-use crate::physics::walls::wall::{Edges, LEVEL, Obstacle, Touch, Walls};
+use crate::physics::walls::wall::{Edges, FACE_BETA, Obstacle, Touch, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
 
 /// The two wedges.
@@ -52,25 +62,25 @@ pub struct Wedge {
     cos: f64,
 }
 
-/// Where eight points lie with respect to a wedge.
-struct Place<S: Simd> {
+/// Signed distance of a wedge from eight points, and the unit normals there.
+struct Separation<S: Simd> {
     distance: f64x8<S>,
     nx: f64x8<S>,
     ny: f64x8<S>,
 }
 
 impl Wedge {
-    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`: the point of the box that lies deepest is the one nearest the
-    /// axis, on the wedge's side.
+    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`. The deepest point of a box is the one that is
+    /// nearest to the axis, at the edge on the wedge's side.
     fn meets(&self, [x0, x1, y0, y1]: [f64; 4]) -> bool {
         let off_axis = (x0 - self.x).max(self.x - x1).max(0.0);
         let deep = ((y0 - self.y) * self.side).max((y1 - self.y) * self.side);
         off_axis * self.sin <= deep * self.cos
     }
 
-    /// Signed distance of points relative to the tip, with the wedge opening upwards, and the normal there.
+    /// The separation from points told relative to the tip of a wedge that opens upwards.
     #[inline(always)]
-    fn place<S: Simd>(&self, simd: S, rx: f64x8<S>, ry: f64x8<S>) -> Place<S> {
+    fn separation<S: Simd>(&self, simd: S, rx: f64x8<S>, ry: f64x8<S>) -> Separation<S> {
         let zero = f64x8::splat(simd, 0.0);
         // Mirrored to the right face, which is the nearer one.
         let mirrored = rx.abs();
@@ -79,7 +89,7 @@ impl Wedge {
         let tip = (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt();
         let at_tip = along.simd_le(zero);
         let sign = f64x8::splat(simd, 1.0).copysign(rx);
-        Place {
+        Separation {
             distance: at_tip.select(tip, face),
             nx: at_tip.select(rx / tip, sign * self.sin),
             ny: at_tip.select(ry / tip, f64x8::splat(simd, -self.cos)),
@@ -88,10 +98,11 @@ impl Wedge {
 
     /// The point of each edge where `d(q) + beta (q - 1/2)^2` is smallest: that value, the normal there, and q.
     ///
-    /// The function is convex, so its minimum is that of the face or of the tip where it lies, or an end of the edge, or
-    /// the place where the nearer face changes; every other of these candidates has a larger value.
+    /// The function is convex. Its minimum is at an end of the edge, or is the minimum of one of its pieces (the right
+    /// face, the left face, the tip), or lies where the nearer face changes, on the axis. So the smallest of the values
+    /// at these candidates is the minimum.
     #[inline(always)]
-    fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, level: f64) -> (Place<S>, f64x8<S>) {
+    fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, beta: f64) -> (Separation<S>, f64x8<S>) {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
         let (rx, ry) = (edges.x - self.x, (edges.y - self.y) * self.side);
         let (ex, ey) = (edges.ex, edges.ey * self.side);
@@ -102,7 +113,7 @@ impl Wedge {
         let crosses = (ex * ex).simd_gt(tiny);
         let to_axis = clamp(simd, -rx / crosses.select(ex, one));
         // On a face the distance is linear in q.
-        let lean = 0.5 / level.max(1e-300);
+        let lean = 0.5 / beta.max(1e-300);
         let on_right = clamp(simd, 0.5 - (ex * self.sin - ey * self.cos) * lean);
         let on_left = clamp(simd, 0.5 - (-ex * self.sin - ey * self.cos) * lean);
         // At the tip it is a hyperbola; a few Newton steps from its vertex.
@@ -110,22 +121,22 @@ impl Wedge {
         for _ in 0..3 {
             let away = at_tip - to_tip;
             let distance = (squared * away * away + across).max(tiny).sqrt();
-            let slope = squared * away / distance + 2.0 * level * (at_tip - 0.5);
-            let curvature = squared * across / (distance * distance * distance) + 2.0 * level;
+            let slope = squared * away / distance + 2.0 * beta * (at_tip - 0.5);
+            let curvature = squared * across / (distance * distance * distance) + 2.0 * beta;
             at_tip = clamp(simd, at_tip - slope / curvature.max(tiny));
         }
         let mut best_q = zero;
-        let mut best = self.place(simd, rx, ry);
-        best.distance += 0.25 * level;
+        let mut best = self.separation(simd, rx, ry);
+        best.distance += 0.25 * beta;
         for q in [one, on_right, on_left, at_tip, to_axis] {
-            let place = self.place(simd, rx + q * ex, ry + q * ey);
-            let distance = place.distance + level * (q - 0.5) * (q - 0.5);
+            let there = self.separation(simd, rx + q * ex, ry + q * ey);
+            let distance = there.distance + beta * (q - 0.5) * (q - 0.5);
             let nearer = distance.simd_lt(best.distance);
             best_q = nearer.select(q, best_q);
-            best = Place {
+            best = Separation {
                 distance: nearer.select(distance, best.distance),
-                nx: nearer.select(place.nx, best.nx),
-                ny: nearer.select(place.ny, best.ny),
+                nx: nearer.select(there.nx, best.nx),
+                ny: nearer.select(there.ny, best.ny),
             };
         }
         (best, best_q)
@@ -139,7 +150,7 @@ fn clamp<S: Simd>(simd: S, q: f64x8<S>) -> f64x8<S> {
 }
 
 impl Obstacle for Wedge {
-    const LEVEL: f64 = LEVEL;
+    const BETA: f64 = FACE_BETA;
 
     fn id(&self) -> u32 {
         self.id
@@ -152,23 +163,23 @@ impl Obstacle for Wedge {
 
     #[inline(always)]
     fn distance_to<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
-        self.place(simd, x - self.x, (y - self.y) * self.side).distance
+        self.separation(simd, x - self.x, (y - self.y) * self.side).distance
     }
 
     #[inline(always)]
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>> {
-        let (place, q) = self.nearest(simd, edges, LEVEL);
-        let overlap = (reach - place.distance).max(f64x8::splat(simd, 0.0));
+        let (nearest, q) = self.nearest(simd, edges, FACE_BETA);
+        let overlap = (reach - nearest.distance).max(f64x8::splat(simd, 0.0));
         let touches = overlap.simd_gt(f64x8::splat(simd, 0.0)).any_true();
-        touches.then(|| Touch { q, overlap, nx: place.nx, ny: place.ny * self.side })
+        touches.then(|| Touch { q, overlap, nx: nearest.nx, ny: nearest.ny * self.side })
     }
 
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])> {
         let simd = Fallback::new();
         let splat = |v: f64| f64x8::splat(simd, v);
-        let place = self.place(simd, splat(x - self.x), splat((y - self.y) * self.side));
-        let overlap = reach - place.distance.as_slice()[0];
-        (overlap > 0.0).then(|| (overlap, [place.nx.as_slice()[0], place.ny.as_slice()[0] * self.side]))
+        let there = self.separation(simd, splat(x - self.x), splat((y - self.y) * self.side));
+        let overlap = reach - there.distance.as_slice()[0];
+        (overlap > 0.0).then(|| (overlap, [there.nx.as_slice()[0], there.ny.as_slice()[0] * self.side]))
     }
 
     #[inline(always)]
@@ -179,7 +190,7 @@ impl Obstacle for Wedge {
         at_tip.select(1.0 / (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt(), zero)
     }
 
-    fn heart(&self) -> Option<[f64; 2]> {
+    fn inner_point(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }
 }

@@ -1,24 +1,30 @@
-//! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`, `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
+//! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`,
+//! `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
 //!
-//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. At the paper's `alpha = 4/3` the power is
-//! the fourth of an inverse cube root, by Newton's method from a guess that is 4% off; others go through `libm::pow`.
+//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. Each block of eight vertices has a
+//! list of the walls that may be the nearest of one of them. The smallest of the distances from these is exact, so no
+//! result depends on when the lists were made.
 //!
-//! Example: at `b0/b_inf = 0.4`, one diameter away, a vertex is damped at 1.4/V_t.
+//! At the paper's `alpha = 4/3` the power is the fourth of an inverse cube root, by Newton's method from a guess that
+//! is 4% off. Other exponents go through `libm::pow`.
+//!
+//! Example: at `b0/b_inf = 0.4`, one diameter away from the nearest wall, a vertex is damped at 1.4/V_t.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{LANES, load, max_lanes, padded, store};
-use crate::physics::walls::wall::{Asking, Walls};
+use crate::physics::walls::neighbours::{Neighbours, obstacles_near};
+use crate::physics::walls::wall::{ObstacleQueries, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
 use std::ops::Range;
 use std::sync::Arc;
 
 /// The exponent of the paper.
-pub const PAPER_ALPHA: f64 = 4.0 / 3.0;
+pub(crate) const PAPER_ALPHA: f64 = 4.0 / 3.0;
 
-/// A wall is looked for up to here, in sigma: beyond, the drag is less than 1e-5 b0 above that of free flight.
+/// Walls are looked for up to this distance, in sigma. Beyond it they would raise the drag by less than 1e-5 b0.
 const FARTHEST: f64 = 1e4;
 
 /// How far a vertex may move before the lists of nearest walls are made again, in sigma.
@@ -36,7 +42,7 @@ trait Update: Send + Sync + std::fmt::Debug {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]);
 }
 
-/// The walls that may be nearest to each vertex.
+/// What the rates follow from, and the walls that may be nearest to each vertex.
 #[derive(Debug)]
 struct NearestWalls<W: Walls> {
     walls: Arc<W>,
@@ -47,16 +53,15 @@ struct NearestWalls<W: Walls> {
     alpha: f64,
     /// Smallest distance that counts, `delta/2`.
     floor: f64,
-    /// Walls that may be the nearest of a vertex, for each block of eight.
-    lists: Vec<Range<usize>>,
-    obstacles: Vec<W::Obstacle>,
-    slack: f64,
-    list_origin: [f64; 2],
+    /// Walls that may be the nearest of a vertex, block by block.
+    nearest: Neighbours<W::Obstacle>,
+    /// Which of them are those of each block.
+    of_block: Vec<Range<usize>>,
 }
 
 impl NearWallDrag {
     /// Drag of a ring of `n_vertices` and vertex diameter `delta`, of strength `b0` in units of b_inf.
-    pub fn new<W: Walls>(
+    pub(crate) fn new<W: Walls>(
         walls: Arc<W>,
         n_vertices: usize,
         v_t: f64,
@@ -74,36 +79,24 @@ impl NearWallDrag {
             b0,
             alpha,
             floor: 0.5 * delta,
-            lists: Vec::new(),
-            obstacles: Vec::new(),
-            slack: f64::NEG_INFINITY,
-            list_origin: [f64::NAN; 2],
+            nearest: Neighbours::new(SKIN),
+            of_block: Vec::new(),
         });
         Self { rates, distances }
     }
 }
 
 impl<W: Walls> NearestWalls<W> {
-    /// Keeps, for each block, every wall that could be the nearest to one of its vertices within the skin.
+    /// Lists, for each block, every wall that could be the nearest to one of its vertices within the skin.
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
-        self.slack = SKIN;
-        self.list_origin = ring.origin;
-        self.lists.clear();
-        self.obstacles.clear();
-        let [x0, x1, y0, y1] = ring.bounds();
-        if !((x1 - x0) + (y1 - y0) < 1e3) {
-            self.lists.resize(ring.ux.len() / LANES, 0..0);
-            return;
-        }
+        self.nearest.renew(ring.origin);
+        let bounds = ring.bounds();
         let mut margin = 1.0;
-        let mut near: Vec<W::Obstacle> = Vec::new();
-        // Each block's nearest wall must be nearer than the margin for the list to hold it for certain.
+        // Each vertex must have a wall nearer than the margin: only then is its nearest among those found for certain.
         while margin < FARTHEST {
-            near.clear();
             let far = margin + self.walls.surface() + 2.0 * SKIN;
-            self.walls
-                .for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |obstacle| near.push(obstacle));
+            let near = obstacles_near(&*self.walls, ring.origin, bounds, far);
             if !near.is_empty() && self.choose(ring, &near) <= margin {
                 return;
             }
@@ -113,11 +106,11 @@ impl<W: Walls> NearestWalls<W> {
 
     /// Fills the lists from `near`; returns the largest distance of any vertex from its nearest wall.
     fn choose(&mut self, ring: &Ring, near: &[W::Obstacle]) -> f64 {
-        self.lists.clear();
-        self.obstacles.clear();
+        self.nearest.renew(ring.origin);
+        self.of_block.clear();
         let surface = self.walls.surface();
         let mut farthest: f64 = 0.0;
-        let (lists, obstacles) = (&mut self.lists, &mut self.obstacles);
+        let (of_block, chosen) = (&mut self.of_block, &mut self.nearest.items);
         // Seldom made: the plain instruction set will do.
         let simd = Fallback::new();
         for start in (0..ring.ux.len()).step_by(LANES) {
@@ -127,23 +120,23 @@ impl<W: Walls> NearestWalls<W> {
                 nearest = nearest.min(simd.distance_to(obstacle, x, y));
             }
             farthest = farthest.max(max_lanes(nearest) - surface);
-            let first = obstacles.len();
+            let first = chosen.len();
+            // Any two distances may have changed by a skin each before the list is made again.
             let reach = nearest + 2.0 * SKIN;
-            obstacles
-                .extend(near.iter().filter(|obstacle| simd.distance_to(*obstacle, x, y).simd_le(reach).any_true()));
-            lists.push(first..obstacles.len());
+            chosen.extend(near.iter().filter(|obstacle| simd.distance_to(*obstacle, x, y).simd_le(reach).any_true()));
+            of_block.push(first..chosen.len());
         }
         farthest
     }
 
     #[inline(always)]
-    fn update_with<S: Asking>(&mut self, simd: S, ring: &Ring, rates: &mut [f64]) {
+    fn update_with<S: ObstacleQueries>(&mut self, simd: S, ring: &Ring, rates: &mut [f64]) {
         let surface = self.walls.surface();
-        for (block, list) in self.lists.iter().enumerate() {
+        for (block, list) in self.of_block.iter().enumerate() {
             let at = block * LANES;
             let (x, y) = (load(simd, &ring.x, at), load(simd, &ring.y, at));
             let mut nearest = f64x8::splat(simd, f64::INFINITY);
-            for obstacle in &self.obstacles[list.clone()] {
+            for obstacle in &self.nearest.items[list.clone()] {
                 nearest = nearest.min(simd.distance_to(obstacle, x, y));
             }
             let distance = (nearest - surface).max(f64x8::splat(simd, self.floor)).min(f64x8::splat(simd, 1e6));
@@ -172,14 +165,13 @@ fn power<S: Simd>(simd: S, d: f64x8<S>, alpha: f64) -> f64x8<S> {
 
 impl<W: Walls> Update for NearestWalls<W> {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]) {
-        self.slack -= distance;
-        if !(self.slack >= 0.0) || self.list_origin != ring.origin {
+        if self.nearest.moved(distance, ring.origin) {
             self.list(ring);
-            if self.obstacles.is_empty() {
+            if self.nearest.items.is_empty() {
                 rates.fill(self.far_rate);
             }
         }
-        if self.obstacles.is_empty() {
+        if self.nearest.items.is_empty() {
             return;
         }
         on_instruction_set!(self.instruction_set, simd => self.update_with(simd, ring, rates));

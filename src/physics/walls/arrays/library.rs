@@ -1,4 +1,6 @@
-//! The obstacle arrays that a campaign's jobs share: each made once, kept while a job still needs it.
+//! The obstacle arrays that the jobs of a campaign share. Each is made once, and kept while a job still needs it.
+//!
+//! Jobs announce themselves before the first of them starts. Each gets its array when it starts, and releases it at its end.
 
 use crate::parameters::{Job, ObstacleField, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
@@ -19,7 +21,7 @@ struct Entry {
     slot: Slot,
 }
 
-/// Arrays by key. A job announces itself, gets its array, and releases it at its end.
+/// Arrays by field and seed.
 #[derive(Debug, Default)]
 pub struct ArrayLibrary {
     entries: Mutex<HashMap<ArrayKey, Entry>>,
@@ -27,23 +29,24 @@ pub struct ArrayLibrary {
 
 impl ArrayLibrary {
     /// Counts a job that will ask for its array later.
-    pub fn announce(&self, job: &Job) {
+    pub(crate) fn announce(&self, job: &Job) {
         let Some(key) = key_of(job) else { return };
         self.lock().entry(key).or_default().jobs_left += 1;
     }
 
-    /// The array of `field` for the job, made by whoever asks first; saturated ones are placed later, where droplets look.
+    /// The array of `field` for the job, made by whoever asks first. The discs of saturated ones are placed later,
+    /// where droplets look.
     ///
     /// # Errors
     /// Those of [`ObstacleArray::generate`].
-    pub fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
+    pub(crate) fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
         let slot = key_of(job).map_or_else(Slot::default, |key| self.lock().entry(key).or_default().slot.clone());
         // Generated outside the lock, so that others wait only for this array.
         slot.get_or_init(|| ObstacleArray::generate(field, job.seed).map(Arc::new)).clone()
     }
 
     /// Lets go of the job's array; the last job to do so frees it.
-    pub fn release(&self, job: &Job) {
+    pub(crate) fn release(&self, job: &Job) {
         let Some(key) = key_of(job) else { return };
         let mut entries = self.lock();
         if let Some(entry) = entries.get_mut(&key) {
@@ -54,17 +57,7 @@ impl ArrayLibrary {
         }
     }
 
-    /// Number of arrays held or announced.
-    pub fn len(&self) -> usize {
-        self.lock().len()
-    }
-
-    /// Whether no array is held or announced.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    // A panic elsewhere cannot leave a half-changed map: every change is one statement.
+    /// The map. A panic of another thread cannot leave it half changed, because every change is one statement.
     fn lock(&self) -> MutexGuard<'_, HashMap<ArrayKey, Entry>> {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }

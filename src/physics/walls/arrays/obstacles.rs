@@ -1,23 +1,41 @@
-//! A periodic box of discs at random: random sequential addition ([C24] 2.4).
-//!
-//! Discs of diameter `sigma_ob` are placed one after the other at uniformly random places, each kept if its surface
-//! stays further than `w_ob` from all earlier ones, until there are enough or, saturated, until no further one fits.
-//! An array depends on the field and the seed alone, so the same arrays serve every droplet.
-//! A saturated one is worked out along the paths of droplets.
+//! A periodic box of discs at random places ([C24] 2.4), and what droplets ask it.
 
 use crate::parameters::{Density, ObstacleField};
-use crate::physics::walls::arrays::darts::GRAIN;
+use crate::physics::walls::arrays::board::GRAIN;
 use crate::physics::walls::arrays::packing::pack;
 use crate::physics::walls::arrays::saturated::Saturated;
+use crate::physics::walls::arrays::sorted::Sorted;
 use crate::physics::walls::disc::Disc;
 use crate::physics::walls::wall::Walls;
 use crate::results::trajectory::{Failure, FailureClass};
 use std::sync::OnceLock;
 
 /// How far from the box centre a gap is looked for, in sigma.
-pub const SEARCH_RADIUS: f64 = 1.0;
+pub(crate) const SEARCH_RADIUS: f64 = 1.0;
 
 /// Discs in a periodic box, in 17 to 21 bytes a disc once they are placed.
+///
+/// An array depends on its field and its seed alone, so the same arrays serve every droplet:
+///
+/// ```
+/// use meniscus::parameters::{Density, ObstacleField};
+/// use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+///
+/// // Discs of diameter 0.3 whose surfaces lie further than 0.2 apart, 0.7 to a unit of area.
+/// let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 60.0 };
+/// let array = ObstacleArray::generate(&field, 1)?;
+/// assert_eq!(array.len(), 2520);
+///
+/// // Discs near the point (10, 20), in coordinates relative to it.
+/// let mut near = Vec::new();
+/// array.for_each_in([10.0, 20.0], [-2.0, 2.0, -2.0, 2.0], |disc| near.push(disc));
+/// assert!(near.iter().all(|disc| disc.x.abs() <= 2.0 && disc.y.abs() <= 2.0));
+///
+/// // The widest gap near the middle of the box: a circle of this radius touches no disc.
+/// let (centre, radius) = array.widest_gap_near_centre();
+/// assert_eq!(array.clearance(centre, 0.75), radius);
+/// # Ok::<(), meniscus::results::trajectory::Failure>(())
+/// ```
 #[derive(Debug)]
 pub struct ObstacleArray {
     /// Side of the box.
@@ -36,15 +54,6 @@ enum Places {
     Saturated(Box<Saturated>),
 }
 
-/// Places sorted by the cell they lie in.
-#[derive(Debug)]
-struct Sorted {
-    at: Vec<[f64; 2]>,
-    /// Places of cell k are `first[k]..first[k + 1]`.
-    first: Vec<u32>,
-    cells: usize,
-}
-
 impl Walls for ObstacleArray {
     type Obstacle = Disc;
 
@@ -58,7 +67,7 @@ impl Walls for ObstacleArray {
 }
 
 impl ObstacleArray {
-    /// The discs of `field` for `seed`; saturated ones are placed where someone looks, when someone does.
+    /// The discs of `field` for `seed`. Those of a saturated array are placed when someone looks, and where.
     ///
     /// # Errors
     /// `bad_input` if the box is full before the asked density is reached.
@@ -77,7 +86,8 @@ impl ObstacleArray {
             return Err(Failure {
                 class: FailureClass::BadInput,
                 reason: format!(
-                    "density = {} does not fit: with w_ob = {} and sigma_ob = {} the box of seed {seed} is full at {:.3}",
+                    "density = {} does not fit: with w_ob = {} and sigma_ob = {} the box of seed {seed} is full at {:.3}; \
+                     lower one of the three",
                     wanted as f64 / area,
                     field.w_ob,
                     field.sigma_ob,
@@ -106,18 +116,19 @@ impl ObstacleArray {
         Self::given(16_384.0, radius, &[[0.0, 0.0]])
     }
 
-    /// Number of discs. A saturated array is worked out as a whole for it.
+    /// Number of discs. To count those of a saturated array, all of it is worked out.
     pub fn len(&self) -> usize {
         match &self.places {
-            Places::Given(sorted) => sorted.at.len(),
+            Places::Given(sorted) => sorted.len(),
             Places::Saturated(discs) => discs.len(),
         }
     }
 
-    /// Memory that its discs take; those of a saturated array that are not all placed near the edges of what was looked at take 32 KB a tile more.
+    /// Memory in bytes that its discs take. The tiles of a saturated array that are worked out in part take 32 KB each
+    /// besides.
     pub fn bytes(&self) -> usize {
         match &self.places {
-            Places::Given(sorted) => size_of_val(&*sorted.at) + size_of_val(&*sorted.first),
+            Places::Given(sorted) => sorted.bytes(),
             Places::Saturated(discs) => discs.bytes(),
         }
     }
@@ -125,13 +136,13 @@ impl ObstacleArray {
     /// Whether there is no disc at all.
     pub fn is_empty(&self) -> bool {
         match &self.places {
-            Places::Given(sorted) => sorted.at.is_empty(),
+            Places::Given(sorted) => sorted.len() == 0,
             Places::Saturated(_) => false,
         }
     }
 
-    /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`, all in coordinates
-    /// relative to `origin`; periodic images count as discs of the same id.
+    /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`. Box and discs are in
+    /// coordinates relative to `origin`. Periodic images are visited too, as discs of the same id.
     pub fn for_each_in(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Disc)) {
         let [x_min, x_max, y_min, y_max] = bounds;
         let mut see = |id: u32, at: [f64; 2], shift: [f64; 2]| {
@@ -141,13 +152,12 @@ impl ObstacleArray {
             }
         };
         match &self.places {
-            Places::Given(sorted) => self.for_each_cell(sorted.cells, origin, bounds, |[column, row], shift| {
-                let k = row * sorted.cells + column;
-                for i in sorted.first[k]..sorted.first[k + 1] {
-                    see(i, sorted.at[i as usize], shift);
+            Places::Given(sorted) => for_each_cell(self.box_size, sorted.cells(), origin, bounds, |cell, shift| {
+                for (id, at) in sorted.discs(cell) {
+                    see(id, at, shift);
                 }
             }),
-            Places::Saturated(discs) => self.for_each_cell(discs.cells(), origin, bounds, |cell, shift| {
+            Places::Saturated(discs) => for_each_cell(self.box_size, discs.cells(), origin, bounds, |cell, shift| {
                 if let Some((id, at)) = discs.disc(cell) {
                     see(id, at, shift);
                 }
@@ -155,30 +165,7 @@ impl ObstacleArray {
         }
     }
 
-    /// Calls `visit` with every cell that such a box meets, of so many along a side, and with what takes places there to coordinates relative to `origin`.
-    fn for_each_cell(
-        &self,
-        cells: usize,
-        origin: [f64; 2],
-        bounds: [f64; 4],
-        mut visit: impl FnMut([usize; 2], [f64; 2]),
-    ) {
-        let width = self.box_size / cells as f64;
-        let n = cells as i64;
-        // Rounding may have put a disc a grain beside its cell.
-        let range = |origin: f64, from: f64, to: f64| {
-            let [from, to] = [origin + from - GRAIN, origin + to + GRAIN].map(|c| (c / width).floor() as i64);
-            (from..=to).map(move |c| (c.rem_euclid(n) as usize, c.div_euclid(n) as f64))
-        };
-        for (row, boxes_up) in range(origin[1], bounds[2], bounds[3]) {
-            for (column, boxes_right) in range(origin[0], bounds[0], bounds[1]) {
-                let shift = [boxes_right * self.box_size - origin[0], boxes_up * self.box_size - origin[1]];
-                visit([column, row], shift);
-            }
-        }
-    }
-
-    /// Distance from a point to the nearest disc surface, looking no further than `reach`; negative inside a disc.
+    /// Distance from a point to the nearest disc surface, negative inside a disc; `reach` if none is nearer than that.
     pub fn clearance(&self, point: [f64; 2], reach: f64) -> f64 {
         let mut nearest = reach;
         let far = reach + self.radius;
@@ -188,8 +175,8 @@ impl ObstacleArray {
         nearest
     }
 
-    /// The point of largest clearance within 1 sigma of the box centre, and that clearance (at most 0.75); on a grid of
-    /// 0.02 sigma, ties going to the first.
+    /// The point of largest clearance within 1 sigma of the box centre, and that clearance, cut off at 0.75. Points are
+    /// those of a grid of 0.02 sigma; of several with the same clearance it is the first.
     pub fn widest_gap_near_centre(&self) -> ([f64; 2], f64) {
         *self.widest_gap.get_or_init(|| self.look_for_widest_gap())
     }
@@ -215,131 +202,27 @@ impl ObstacleArray {
     }
 }
 
-impl Sorted {
-    fn new(box_size: f64, cells: usize, places: &[[f64; 2]]) -> Self {
-        let cell_of = |c: f64| ((c / box_size * cells as f64) as usize).min(cells - 1);
-        let cell: Vec<usize> = places.iter().map(|&[x, y]| cell_of(y) * cells + cell_of(x)).collect();
-        let mut first = vec![0_u32; cells * cells + 1];
-        cell.iter().for_each(|&k| first[k + 1] += 1);
-        for k in 0..cells * cells {
-            first[k + 1] += first[k];
-        }
-        let (mut next, mut at) = (first.clone(), vec![[0.0; 2]; places.len()]);
-        for (&place, &k) in places.iter().zip(&cell) {
-            at[next[k] as usize] = place;
-            next[k] += 1;
-        }
-        Self { at, first, cells }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn field(density: Density) -> ObstacleField {
-        ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density, box_size: 30.0 }
-    }
-
-    fn all(array: &ObstacleArray) -> Vec<Disc> {
-        let mut discs = Vec::new();
-        let end = array.box_size * (1.0 - 1e-15);
-        array.for_each_in([0.0, 0.0], [0.0, end, 0.0, end], |disc| discs.push(disc));
-        discs
-    }
-
-    #[test]
-    fn no_two_discs_come_closer_than_the_gap() {
-        let fields = [
-            field(Density::Saturated),
-            field(Density::Number(2.7)),
-            // Boxes of few cells, where most neighbours are periodic images.
-            ObstacleField { w_ob: 5.0, sigma_ob: 5.0, density: Density::Saturated, box_size: 20.0 },
-            ObstacleField { w_ob: 2.0, sigma_ob: 3.0, density: Density::Saturated, box_size: 20.0 },
-        ];
-        for field in fields {
-            let spacing = field.w_ob + field.sigma_ob;
-            let array = ObstacleArray::generate(&field, 3).unwrap();
-            assert!(array.len() > 2);
-            for disc in all(&array) {
-                let mut near = 0;
-                array.for_each_in([disc.x, disc.y], [-spacing, spacing, -spacing, spacing], |other| {
-                    near += usize::from(other.x * other.x + other.y * other.y <= spacing * spacing);
-                });
-                assert_eq!(near, 1, "only the disc itself");
-            }
-            if field.density == Density::Saturated {
-                let step = field.box_size / 100.0;
-                let point = |k: u32| [f64::from(k % 100) * step, f64::from(k / 100) * step];
-                let room = spacing - array.radius + 1e-9;
-                assert!((0..10_000).all(|k| array.clearance(point(k), 2.0 * spacing) <= room), "no room is left");
-            }
-        }
-    }
-
-    #[test]
-    fn a_saturated_array_has_the_known_coverage_and_no_room_left() {
-        // Jamming coverage of random sequential addition of discs: 0.5470 (Feder 1980; Zhang and Torquato 2013).
-        let array =
-            ObstacleArray::generate(&ObstacleField { box_size: 100.0, ..field(Density::Saturated) }, 1).unwrap();
-        let coverage = array.len() as f64 * std::f64::consts::PI * 0.25 * 0.25 / 1e4;
-        assert!((coverage - 0.547).abs() < 0.004, "{coverage}");
-        for k in 0..20_000_u32 {
-            let point = [f64::from(k % 151) * 0.66, f64::from(k / 151) * 0.75];
-            assert!(array.clearance(point, 1.0) <= 0.35 + 1e-9);
-        }
-    }
-
-    #[test]
-    fn a_given_density_is_met_and_an_impossible_one_refused() {
-        let array = ObstacleArray::generate(&field(Density::Number(0.35)), 0).unwrap();
-        assert_eq!(array.len(), 315);
-        let error = ObstacleArray::generate(&field(Density::Number(2.95)), 0).unwrap_err();
-        assert!(error.reason.contains("density = 2.95"), "{error}");
-    }
-
-    #[test]
-    fn the_same_seed_gives_the_same_array_and_another_seed_another() {
-        for density in [Density::Number(1.0), Density::Number(2.7), Density::Saturated] {
-            let make = |seed| all(&ObstacleArray::generate(&field(density), seed).unwrap());
-            assert_eq!(make(5), make(5));
-            assert_ne!(make(5), make(6));
-        }
-    }
-
-    #[test]
-    fn threads_that_look_here_and_there_see_the_same_discs() {
-        let field = ObstacleField { box_size: 60.0, ..field(Density::Saturated) };
-        let seen = [1, 2, 3].map(|step| {
-            let array = ObstacleArray::generate(&field, 7).unwrap();
-            std::thread::scope(|scope| {
-                for thread in 0..2 {
-                    let array = &array;
-                    scope.spawn(move || {
-                        for k in (thread..60).step_by(step) {
-                            array.clearance([f64::from(k), f64::from(37 * k % 60)], 2.0);
-                        }
-                    });
-                }
-            });
-            all(&array)
-        });
-        assert_eq!(seen[0], seen[1]);
-        assert_eq!(seen[0], seen[2]);
-    }
-
-    #[test]
-    fn discs_repeat_with_the_box() {
-        for density in [Density::Number(1.0), Density::Saturated] {
-            let array = ObstacleArray::generate(&field(density), 2).unwrap();
-            let look = |origin: [f64; 2]| {
-                let mut seen = Vec::new();
-                array.for_each_in(origin, [-2.0, 2.0, -2.0, 2.0], |disc| seen.push(disc));
-                seen.sort_by_key(|disc| disc.id);
-                seen
-            };
-            assert_eq!(look([29.0, 1.0]), look([29.0 - 30.0, 1.0 + 90.0]));
-            assert!(look([29.0, 1.0]).len() > 8);
+/// Calls `visit` with every cell that a box `[x_min, x_max, y_min, y_max]` relative to `origin` meets, of a periodic
+/// grid with this many cells along a side, and with what to add to places in the cell to have them relative to
+/// `origin`.
+fn for_each_cell(
+    box_size: f64,
+    cells: usize,
+    origin: [f64; 2],
+    bounds: [f64; 4],
+    mut visit: impl FnMut([usize; 2], [f64; 2]),
+) {
+    let width = box_size / cells as f64;
+    let n = cells as i64;
+    // Rounding may have put a disc a grain beside its cell.
+    let range = |origin: f64, from: f64, to: f64| {
+        let [from, to] = [origin + from - GRAIN, origin + to + GRAIN].map(|c| (c / width).floor() as i64);
+        (from..=to).map(move |c| (c.rem_euclid(n) as usize, c.div_euclid(n) as f64))
+    };
+    for (row, boxes_up) in range(origin[1], bounds[2], bounds[3]) {
+        for (column, boxes_right) in range(origin[0], bounds[0], bounds[1]) {
+            let shift = [boxes_right * box_size - origin[0], boxes_up * box_size - origin[1]];
+            visit([column, row], shift);
         }
     }
 }

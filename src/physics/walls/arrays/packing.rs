@@ -1,14 +1,18 @@
-//! A number of discs by random sequential addition: darts are thrown into the whole box, and those that land further than the spacing from all discs
-//! become discs, until there are enough. Once most darts miss, [`Growth`] goes on, which wastes none on what is full.
+//! A given number of discs by random sequential addition.
+//!
+//! Darts are thrown at the whole box. Those that land further than the spacing from all discs become discs, until there
+//! are enough. Once nine of ten darts miss, which is when the discs, taken as wide as the spacing, cover a third of the
+//! box, [`Growth`] goes on, which throws only where there is room.
 
 use crate::parameters::ObstacleField;
-use crate::physics::walls::arrays::darts::{Board, Stream, place, squared};
+use crate::physics::walls::arrays::board::{Board, Stream, place, squared_distance};
 use crate::physics::walls::arrays::growth::Growth;
 
-/// Of so many darts into the whole box fewer than one hits when cells take over.
-const MISSES: u64 = 10;
+/// Growth takes over when fewer than one of this many darts hits.
+const DARTS_A_HIT: u64 = 10;
 
-/// The cells around one, the nearest first: most darts miss for a disc next to them.
+/// Columns and rows from a cell to those of its block, the nearest first: a dart that misses mostly does so because of
+/// a disc next to it.
 const AROUND: [[i64; 2]; 25] = [
     [0, 0],
     [1, 0],
@@ -43,7 +47,7 @@ struct Packing {
     discs: Vec<[f64; 2]>,
     /// The disc in each cell that has one.
     grid: Vec<[f64; 2]>,
-    /// A bit for each cell that holds a disc: small enough for a near cache, unlike the grid.
+    /// A bit for each cell, set if it holds a disc. Unlike the grid this is small enough for a near cache.
     taken: Vec<u64>,
 }
 
@@ -61,12 +65,14 @@ pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64;
 }
 
 impl Packing {
-    /// Throws darts into the whole box until there are `wanted` discs or most darts miss. The grid goes, before another takes its place.
+    /// Throws darts at the whole box until there are `wanted` discs or most darts miss. Frees the grid before Growth
+    /// makes its own.
     fn throw(mut self, wanted: usize) -> (Board, Vec<[f64; 2]>) {
         let mut random = self.board.stream(Stream::Box);
         let (mut hits, mut darts) = (0_u64, 0_u64);
-        while self.discs.len() < wanted && (darts < 1000 || hits * MISSES > darts) {
+        while self.discs.len() < wanted && (darts < 1000 || hits * DARTS_A_HIT > darts) {
             if darts >= 100_000 {
+                // Old darts fade: the share of hits is that of late.
                 (hits, darts) = (hits / 2, darts / 2);
             }
             let at = place(&mut random, [0.0; 2], self.board.box_size);
@@ -79,7 +85,7 @@ impl Packing {
         (self.board, self.discs)
     }
 
-    /// Whether a disc at this place would touch none.
+    /// Whether no disc comes too near this place.
     fn is_free(&self, at: [f64; 2]) -> bool {
         let square = self.board.spacing * self.board.spacing;
         let n = self.board.cells as i64;
@@ -87,13 +93,13 @@ impl Packing {
         if [column, row].iter().all(|&c| (2..n - 2).contains(&(c as i64))) {
             let middle = (row * self.board.cells + column) as i64;
             return AROUND.iter().all(|[dx, dy]| {
-                self.disc((middle + dy * n + dx) as usize).is_none_or(|disc| squared(disc, at) > square)
+                self.disc((middle + dy * n + dx) as usize).is_none_or(|disc| squared_distance(disc, at) > square)
             });
         }
         AROUND.iter().all(|&away| {
             let ([column, row], shift) = self.board.beside(cell, away);
             let disc = self.disc(row * self.board.cells + column);
-            disc.is_none_or(|[x, y]| squared([x + shift[0], y + shift[1]], at) > square)
+            disc.is_none_or(|[x, y]| squared_distance([x + shift[0], y + shift[1]], at) > square)
         })
     }
 

@@ -1,7 +1,10 @@
 //! A box of discs that has no room for another, worked out tile by tile when someone looks there.
+//!
+//! A settled tile is read without a lock. To settle one, a thread takes the lock on [`Growth`], because working out a
+//! tile needs darts beyond its border; others that look for a tile that is not settled wait.
 
 use crate::parameters::ObstacleField;
-use crate::physics::walls::arrays::darts::Board;
+use crate::physics::walls::arrays::board::Board;
 use crate::physics::walls::arrays::growth::Growth;
 use crate::physics::walls::arrays::tile::{TILE, Tile};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -13,7 +16,7 @@ pub(super) struct Saturated {
     /// Tiles along a side.
     across: usize,
     tiles: Box<[OnceLock<Arc<Tile>>]>,
-    /// What works out the tiles: one at a time, as each needs the darts near its border.
+    /// What works out the tiles, one at a time.
     growth: Mutex<Growth>,
 }
 
@@ -37,12 +40,12 @@ impl Saturated {
         tile.disc(column % TILE, row % TILE).map(|at| ((row * self.cells + column) as u32, at))
     }
 
-    /// Number of discs; works out the whole box.
+    /// Number of discs. Works out the whole box.
     pub(super) fn len(&self) -> usize {
         (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
     }
 
-    /// Memory that the tiles take that are settled.
+    /// Memory in bytes that the settled tiles take.
     pub(super) fn bytes(&self) -> usize {
         self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
     }

@@ -1,4 +1,4 @@
-//! The discs of a square of cells that hold at most one each.
+//! A tile: the discs of a square of cells, each of which holds at most one.
 
 /// Cells along a side of a tile.
 pub(super) const TILE: usize = 32;
@@ -8,9 +8,9 @@ pub(super) const TILE: usize = 32;
 pub(super) struct Tile {
     /// A bit for each cell of a row that holds a disc.
     taken: [u32; TILE],
-    /// Discs in the rows below.
+    /// How many discs there are in the rows below.
     first: [u16; TILE],
-    /// Row by row.
+    /// Row by row, from left to right.
     discs: Box<[[f64; 2]]>,
 }
 
@@ -42,7 +42,7 @@ impl Tile {
         self.discs.len()
     }
 
-    /// Memory it takes.
+    /// Memory in bytes that it takes.
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(&*self.discs)
     }

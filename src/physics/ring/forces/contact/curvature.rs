@@ -1,8 +1,9 @@
-//! Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with `w = (1 - q) da + q db` the
-//! shift of the material point that touches.
+//! Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with
+//! `w = (1 - q) da + q db` the shift of the material point that touches.
 //!
-//! Where a vertex touches, the normal turns with it: with t normal to n and c the curvature, `d^2 o = -c (t.w)^2`. Where the
-//! inside of an edge e touches, the nearest point also moves along it, to the minimum over q of `d(q) + beta (q - 1/2)^2`:
+//! Where a vertex touches, the normal turns with it: with t normal to n and c the curvature, `d^2 o = -c (t.w)^2`.
+//! Where the inside of an edge e touches, the nearest point also moves along it, to the minimum over q of
+//! `d(q) + beta (q - 1/2)^2`:
 //!
 //! ```text
 //! d^2 o = -c (t.w)^2 + g [n.de + c (t.e) (t.w)]^2,     g = 1/[c (t.e)^2 + 2 beta]
@@ -14,7 +15,7 @@ use crate::physics::ring::forces::stiffness::EdgeBlocks;
 use crate::physics::walls::wall::{Edges, Touch};
 use fearless_simd::{f64x8, prelude::*};
 
-/// The blocks of eight edges that touch with stiffness `k_w`, where the normal turns by `curvature` and beta is `level`.
+/// The blocks of eight edges that touch with stiffness `k_w`, where the normal turns by `curvature`.
 #[inline(always)]
 pub(super) fn second_derivatives<S: Simd>(
     simd: S,
@@ -22,7 +23,7 @@ pub(super) fn second_derivatives<S: Simd>(
     touch: Touch<S>,
     k_w: f64x8<S>,
     curvature: f64x8<S>,
-    level: f64,
+    beta: f64,
 ) -> EdgeBlocks<S> {
     let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
     let Touch { q, overlap, nx, ny } = touch;
@@ -30,9 +31,9 @@ pub(super) fn second_derivatives<S: Simd>(
     let stiffness = overlap.simd_eq(zero).select(zero, k_w);
     let push = stiffness * overlap.max(zero);
     let p = one - q;
-    // t.e, and what holds the nearest point where it is.
+    // t.e, and the second derivative in q, which holds the nearest point where it is.
     let along = nx * edges.ey - ny * edges.ex;
-    let hold = curvature * along * along + 2.0 * level;
+    let hold = curvature * along * along + 2.0 * beta;
     let inside = (p * q * hold).simd_gt(zero);
     let g = inside.select(one / hold.max(f64x8::splat(simd, 1e-300)), zero);
     let widen = push * g;

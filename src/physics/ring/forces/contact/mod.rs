@@ -1,14 +1,26 @@
 //! Contact of the ring with walls: `U = sum (k_w/2)(delta/2 - d)^2` where `d < delta/2` ([C24] eq. 3).
 //!
-//! The sum is over edges (default): `d` is the distance from the nearest point of the edge to the surface, negative inside
-//! it; that point divides the edge at `q` in [0, 1], and the force is shared `1 - q` to `q` between its vertices. The
-//! literal form of the paper sums over vertices.
+//! By default the sum is over edges. There `d` is the distance from the nearest point of the edge to the surface,
+//! negative inside it. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices
+//! as `1 - q` to `q`. The literal form of the paper sums over vertices.
 //!
-//! Only stretches of the ring with a wall in reach are looked at. A stretch is a run of blocks of eight edges; the list
-//! holds until some vertex has moved by the skin. Walls are visited in the order of their ids, and edges out of
-//! reach add exact zeros, so no result depends on when the list was made.
+//! Only stretches of the ring with a wall near are looked at (`stretches`), and while there are none the effect is left
+//! out of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
+//! depends on when the list was made.
+//!
+//! | module | idea |
+//! |---|---|
+//! | `stretches` | which edges an obstacle may touch |
+//! | `loads` | energy, deepest overlap, and what each obstacle carries |
+//! | `curvature` | second derivatives, for the implicit integrator |
+//! | `holding` | contacts that pull for a while, for the implicit integrator |
 
 mod curvature;
+mod holding;
+mod loads;
+mod stretches;
+
+pub use loads::{ContactState, Load};
 
 use crate::on_instruction_set;
 use crate::parameters::ContactKind;
@@ -17,58 +29,14 @@ use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::{LANES, load, padded, store};
-use crate::physics::walls::wall::{Asking, Edges, Obstacle, Touch, Walls};
-use fearless_simd::{Fallback, f64x8, prelude::*};
+use crate::physics::walls::neighbours::Neighbours;
+use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Touch, Walls};
+use fearless_simd::{f64x8, prelude::*};
 use std::sync::Arc;
+use stretches::{Stretch, edges_at};
 
 /// How far a vertex may move before the list is made again, in sigma.
 const SKIN: f64 = 0.02;
-
-/// How far from a wall an edge is still held, in sigma.
-const HELD_WITHIN: f64 = 1e-4;
-
-/// The eight edges from edge `i` on, their vectors times `share`: 1 where edges touch, 0 where vertices alone do, for an edge
-/// of no length stands for its first vertex.
-#[inline(always)]
-fn edges_at<S: Simd>(simd: S, ring: &Ring, i: usize, share: f64) -> Edges<S> {
-    // Made here, for the ring's own edge vectors are those of the step before while the list is made.
-    let (x, y) = (load(simd, &ring.x, i), load(simd, &ring.y, i));
-    Edges { x, y, ex: (load(simd, &ring.x, i + 1) - x) * share, ey: (load(simd, &ring.y, i + 1) - y) * share }
-}
-
-/// Edges of the ring that an obstacle may touch before the list is made again.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch<T> {
-    obstacle: T,
-    /// First edge, a multiple of eight.
-    start: usize,
-    /// End, a multiple of eight.
-    end: usize,
-}
-
-/// The load that one obstacle carries.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Load {
-    /// Which obstacle.
-    pub id: u32,
-    /// Where it acts on average, in local coordinates.
-    pub at: [f64; 2],
-    /// Force on the droplet.
-    pub force: [f64; 2],
-    /// Length of the ring in contact, as an angle turned by the normal, in radians.
-    pub turn: f64,
-}
-
-/// What the contacts amount to at one instant.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ContactState {
-    /// Energy.
-    pub energy: f64,
-    /// Deepest overlap `delta/2 - d`, in sigma.
-    pub overlap: f64,
-    /// Loads, by the order of the obstacles.
-    pub loads: Vec<Load>,
-}
 
 /// Contact with the walls of any scene.
 pub trait WallContact: RingForce {
@@ -79,7 +47,7 @@ pub trait WallContact: RingForce {
     fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]>;
 }
 
-/// The contact effect and its neighbour list.
+/// The contact effect and its list of near walls.
 #[derive(Clone, Debug)]
 pub struct Contact<W: Walls> {
     walls: Arc<W>,
@@ -88,10 +56,7 @@ pub struct Contact<W: Walls> {
     stiffness: Vec<f64>,
     /// Distance from a skeleton below which an edge touches: surface + delta/2.
     reach: f64,
-    stretches: Vec<Stretch<W::Obstacle>>,
-    /// Distance that the fastest vertex may still go.
-    slack: f64,
-    list_origin: [f64; 2],
+    stretches: Neighbours<Stretch<W::Obstacle>>,
     /// 1 where edges touch, 0 where vertices do.
     share: f64,
     /// What each edge was pushed with at the end of the last implicit step.
@@ -112,97 +77,25 @@ impl<W: Walls> Contact<W> {
     ) -> Self {
         let mut stiffness = vec![0.0; padded(n_vertices)];
         stiffness[..n_vertices].fill(k_w);
-        let reach = walls.surface() + 0.5 * delta;
         let share = match kind {
             ContactKind::Edge => 1.0,
             ContactKind::Vertex => 0.0,
         };
-        let (stretches, slack, list_origin) = (Vec::new(), f64::NEG_INFINITY, [f64::NAN; 2]);
-        let pushes = vec![0.0; padded(n_vertices)];
-        Self { walls, instruction_set, stiffness, reach, stretches, slack, list_origin, share, pushes, holds: false }
-    }
-
-    /// Makes the list of stretches that any obstacle could touch while no vertex moves further than the skin.
-    #[inline(never)]
-    fn list(&mut self, ring: &Ring) {
-        self.slack = SKIN;
-        self.list_origin = ring.origin;
-        self.stretches.clear();
-        let [x0, x1, y0, y1] = ring.bounds();
-        let far = self.reach + SKIN;
-        // A ring that has burst would ask for the whole scene.
-        if !((x1 - x0) + (y1 - y0) < 1e3) {
-            return;
-        }
-        let mut near: Vec<W::Obstacle> = Vec::new();
-        self.walls.for_each_near(ring.origin, [x0 - far, x1 + far, y0 - far, y1 + far], |obstacle| near.push(obstacle));
-        near.sort_by_key(Obstacle::id);
-        let (stretches, blocks, share) = (&mut self.stretches, self.stiffness.len(), self.share);
-        on_instruction_set!(self.instruction_set, simd => {
-            for &obstacle in &near {
-                let mut open = false;
-                for start in (0..blocks).step_by(LANES) {
-                    let distance = simd.distance(&obstacle, edges_at(simd, ring, start, share));
-                    let close = distance.simd_lt(f64x8::splat(simd, far)).any_true();
-                    match (close, open) {
-                        (true, false) => stretches.push(Stretch { obstacle, start, end: start + LANES }),
-                        (true, true) => stretches.last_mut().into_iter().for_each(|s| s.end = start + LANES),
-                        _ => {}
-                    }
-                    open = close;
-                }
-            }
-        });
-    }
-
-    /// How the edges `i..i + 8` touch an obstacle; the overlap of those that are held may be negative.
-    #[inline(always)]
-    fn touch<S: Asking>(&self, simd: S, obstacle: W::Obstacle, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
-        if self.holds { self.touch_or_hold(simd, obstacle, edges, i) } else { simd.touch(&obstacle, edges, self.reach) }
-    }
-
-    #[inline(always)]
-    fn touch_or_hold<S: Asking>(&self, simd: S, obstacle: W::Obstacle, edges: Edges<S>, i: usize) -> Option<Touch<S>> {
-        let zero = f64x8::splat(simd, 0.0);
-        let touch = simd.touch(&obstacle, edges, self.reach + HELD_WITHIN)?;
-        let held = load(simd, &self.pushes, i).simd_gt(zero) & touch.overlap.simd_gt(zero);
-        let overlap = touch.overlap - HELD_WITHIN;
-        Some(Touch { overlap: held.select(overlap, overlap.max(zero)), ..touch })
-    }
-
-    /// Whether an edge that was pushed touches no longer.
-    #[inline(always)]
-    fn has_lost<S: Asking>(&self, simd: S, ring: &Ring) -> bool {
-        for stretch in &self.stretches {
-            for i in (stretch.start..stretch.end).step_by(LANES) {
-                let touch = self.touch_or_hold(simd, stretch.obstacle, edges_at(simd, ring, i, self.share), i);
-                if let Some(touch) = touch
-                    && touch.overlap.simd_lt(f64x8::splat(simd, 0.0)).any_true()
-                {
-                    return true;
-                }
-            }
-        }
-        false
-    }
-
-    /// Notes what each edge is pushed with.
-    #[inline(always)]
-    fn note_pushes<S: Asking>(&mut self, simd: S, ring: &Ring) {
-        self.pushes.fill(0.0);
-        for stretch in &self.stretches {
-            for i in (stretch.start..stretch.end).step_by(LANES) {
-                let edges = edges_at(simd, ring, i, self.share);
-                let Some(touch) = simd.touch(&stretch.obstacle, edges, self.reach) else { continue };
-                let push = load(simd, &self.stiffness, i) * touch.overlap;
-                store(load(simd, &self.pushes, i) + push, &mut self.pushes, i);
-            }
+        Self {
+            instruction_set,
+            stiffness,
+            reach: walls.surface() + 0.5 * delta,
+            walls,
+            stretches: Neighbours::new(SKIN),
+            share,
+            pushes: vec![0.0; padded(n_vertices)],
+            holds: false,
         }
     }
 
     #[inline(always)]
-    fn add_with<S: Asking>(&self, simd: S, ring: &mut Ring) {
-        for stretch in &self.stretches {
+    fn add_with<S: ObstacleQueries>(&self, simd: S, ring: &mut Ring) {
+        for stretch in &self.stretches.items {
             let mut i = stretch.start;
             while i < stretch.end {
                 if let Some(Touch { q, overlap, nx, ny }) =
@@ -217,12 +110,10 @@ impl<W: Walls> Contact<W> {
             }
         }
     }
-}
 
-impl<W: Walls> Contact<W> {
     #[inline(always)]
-    fn add_stiffness_with<S: Asking>(&self, simd: S, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
-        for stretch in &self.stretches {
+    fn add_stiffness_with<S: ObstacleQueries>(&self, simd: S, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
+        for stretch in &self.stretches.items {
             for i in (stretch.start..stretch.end).step_by(LANES) {
                 let edges = edges_at(simd, ring, i, self.share);
                 let Some(touch) = self.touch(simd, stretch.obstacle, edges, i) else { continue };
@@ -234,7 +125,7 @@ impl<W: Walls> Contact<W> {
                     Parts::Positive => f64x8::splat(simd, 0.0),
                 };
                 let k_w = load(simd, &self.stiffness, i);
-                curvature::second_derivatives(simd, edges, touch, k_w, curvature, W::Obstacle::LEVEL)
+                curvature::second_derivatives(simd, edges, touch, k_w, curvature, W::Obstacle::BETA)
                     .add_to(simd, stiffness, i);
             }
         }
@@ -243,7 +134,7 @@ impl<W: Walls> Contact<W> {
 
 /// Adds a force at the point `q` of each edge `i..i + 8` to its vertices, by the lever rule.
 #[inline(always)]
-pub fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: f64x8<S>, fy: f64x8<S>) {
+fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: f64x8<S>, fy: f64x8<S>) {
     let (ahead_x, ahead_y) = (q * fx, q * fy);
     let x0 = load(simd, &ring.force_x, i) + (fx - ahead_x);
     store(x0, &mut ring.force_x, i);
@@ -258,15 +149,13 @@ pub fn add_shared<S: Simd>(simd: S, ring: &mut Ring, i: usize, q: f64x8<S>, fx: 
 impl<W: Walls> RingForce for Contact<W> {
     #[inline]
     fn moved(&mut self, distance: f64, ring: &Ring) {
-        self.slack -= distance;
-        // Written so that a NaN, too, leads to a new list.
-        if !(self.slack >= 0.0) || self.list_origin != ring.origin {
+        if self.stretches.moved(distance, ring.origin) {
             self.list(ring);
         }
     }
 
     fn acts(&self) -> bool {
-        !self.stretches.is_empty()
+        !self.stretches.items.is_empty()
     }
 
     fn add(&self, ring: &mut Ring) {
@@ -290,7 +179,8 @@ impl<W: Walls> RingForce for Contact<W> {
         self.holds = false;
     }
 
-    /// The pushes, which are those before the origin last moved; none if nothing was pushed.
+    /// The pushes at the end of the last implicit step, nothing if there were none. Made again from the positions their
+    /// last bits could differ, since the origin may have moved.
     fn memory(&self) -> Vec<f64> {
         if self.pushes.iter().any(|push| *push != 0.0) { self.pushes.clone() } else { Vec::new() }
     }
@@ -311,69 +201,18 @@ impl<W: Walls> RingForce for Contact<W> {
 
 impl<W: Walls> WallContact for Contact<W> {
     fn state(&self, ring: &Ring) -> ContactState {
-        let simd = Fallback::new();
-        let mut state = ContactState::default();
-        for stretch in &self.stretches {
-            let id = stretch.obstacle.id();
-            for start in (stretch.start..stretch.end).step_by(LANES) {
-                let edges = edges_at(simd, ring, start, self.share);
-                let Some(touch) = simd.touch(&stretch.obstacle, edges, self.reach) else { continue };
-                for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
-                    let overlap = touch.overlap.as_slice()[lane];
-                    if overlap <= 0.0 {
-                        continue;
-                    }
-                    let stiffness = self.stiffness[start + lane];
-                    state.energy += 0.5 * stiffness * overlap * overlap;
-                    state.overlap = state.overlap.max(overlap);
-                    let [q, x, y, ex, ey] =
-                        [touch.q, edges.x, edges.y, edges.ex, edges.ey].map(|vector| vector.as_slice()[lane]);
-                    let normal = [touch.nx.as_slice()[lane], touch.ny.as_slice()[lane]];
-                    add_load(&mut state.loads, id, [x + q * ex, y + q * ey], normal, stiffness * overlap);
-                }
-            }
-        }
-        state.loads.iter_mut().for_each(finish_load);
-        state
+        self.state_at(ring)
     }
 
     fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
         let [x0, x1, y0, y1] = ring.bounds();
         let mut found = None;
         self.walls.for_each_near(ring.origin, [x0, x1, y0, y1], |obstacle| {
-            let inside = obstacle.heart().filter(|&[x, y]| ring.contains(x, y));
+            let inside = obstacle.inner_point().filter(|&[x, y]| ring.contains(x, y));
             found = found.or(inside);
         });
         found
     }
-}
-
-/// Adds the push of one edge to the load of obstacle `id`; `at` is summed with the push as weight until it is finished.
-fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
-    if loads.last().is_none_or(|load| load.id != id) {
-        loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
-    }
-    if let Some(load) = loads.last_mut() {
-        for k in 0..2 {
-            load.at[k] += push * at[k];
-            load.force[k] += push * normal[k];
-        }
-        load.turn += push;
-    }
-}
-
-/// Divides the sums by the total push. The normals of a wide contact cancel in part: for normals spread evenly over an
-/// angle `turn`, `|force| = push sin(turn/2)/(turn/2)`, which is solved for the angle.
-fn finish_load(load: &mut Load) {
-    let push = load.turn;
-    load.at = load.at.map(|sum| sum / push);
-    let share = (load.force[0] * load.force[0] + load.force[1] * load.force[1]).sqrt() / push;
-    let (mut low, mut high) = (0.0, 2.0 * std::f64::consts::PI);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if libm::sin(0.5 * middle) / (0.5 * middle) > share { low = middle } else { high = middle }
-    }
-    load.turn = 0.5 * (low + high);
 }
 
 #[cfg(test)]

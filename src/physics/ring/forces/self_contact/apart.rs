@@ -1,27 +1,32 @@
-//! What of a ring lies apart along it, so that it can touch itself there; the rest are neighbours.
+//! When two parts of a ring lie apart along it, so that they can touch, and when they are neighbours.
+//!
+//! Two parts of a fold are far apart along the ring: the way between them is long. In a pile, where gravity has driven
+//! many vertices together, the way between any two is short, though there are many vertices between them. Which of the
+//! two matters depends on the tension and the gravity of a droplet ([`Apart::of`]).
 
 use crate::parameters::{Deformable, GravityForm, MASS, regular_edge};
 use std::f64::consts::PI;
 
 /// How two parts of a ring are told to lie apart along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Apart {
-    /// The way between them is longer than [`WAY`] times delta: closer ones are a bend. Vertices may then crowd as they like.
+pub(crate) enum Apart {
+    /// They do if the way between them is longer than [`WAY`] times delta; what is closer is a bend. Vertices may crowd
+    /// as they like.
     Way,
-    /// That, or there are more vertices between them than [`places_within`]: vertices that gravity drives down the interface then stand on each other
-    /// instead of passing through one another.
+    /// They do if that is so or if there are more vertices between them than [`places_within`]. Vertices that gravity
+    /// drives down the interface then stand on each other instead of passing through one another.
     Places,
 }
 
 impl Apart {
-    /// By places where vertices pile up: where the tension of a long edge is too weak to hold up the vertices below, whose weight, in
-    /// a round droplet, is `M/pi` of each flank. Everywhere else the way: a droplet at rest crowds its vertices a little, and
-    /// every crowd would cost a hundred pairs.
-    pub fn of(ring: &Deformable) -> Self {
+    /// By places where vertices pile up, which they do where the tension of a long edge is too weak to hold up the
+    /// vertices below it. In a round droplet each flank bears a weight of `M/pi`. By the way everywhere else, because a
+    /// droplet at rest crowds its vertices a little, and every crowd would cost a hundred pairs.
+    pub(crate) fn of(ring: &Deformable) -> Self {
         let long = match ring.gravity {
             GravityForm::Vertex => LONG,
-            // Hydrostatic pressure leaves it to the ring to share out the drag, in free fall too: at Gamma = 0.1 and kappa = 1/pi
-            // the vertices are swept upstream into a tail that crosses itself.
+            // Hydrostatic pressure does not balance the drag vertex by vertex, not even in free fall: at Gamma = 0.1
+            // and kappa = 1/pi the vertices are swept upstream into a tail that crosses itself.
             GravityForm::Centroid => 1.0,
         };
         // T = gamma + K_l N_v (l - l0) at l = long l0, N_v l0 = pi.
@@ -29,8 +34,8 @@ impl Apart {
         if tension < MASS / PI { Self::Places } else { Self::Way }
     }
 
-    /// Sum of the movements of two vertices after which a list of pairs may miss one; less than `(WAY - 1) delta` keeps bends of a
-    /// round ring off it.
+    /// Sum of the movements of two vertices after which a list of pairs may miss one. As long as it is less than
+    /// `(WAY - 1) delta`, bends of a round ring are not listed.
     pub(super) fn skin(self, delta: f64) -> f64 {
         match self {
             Self::Way => 0.02,
@@ -38,10 +43,11 @@ impl Apart {
         }
     }
 
-    /// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which must not push
-    /// them through one another: at N_v = 256 one contact of 4e4 bears 1.9 before it gives way, more than twice that weight. (1e5
-    /// costs five times as much, and a droplet of kappa = 1e-4 that pinches off a lobe crosses itself all the same.)
-    pub const fn total_stiffness(self) -> f64 {
+    /// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which
+    /// must not push them through one another. At N_v = 256 one contact of 4e4 bears a force of 1.9 before it gives
+    /// way, more than twice that weight. 1e5 would cost five times as much, and a droplet of kappa = 1e-4 that pinches
+    /// off a lobe crosses itself all the same.
+    pub(crate) const fn total_stiffness(self) -> f64 {
         match self {
             Self::Way => 1e4,
             Self::Places => 4e4,
@@ -49,14 +55,17 @@ impl Apart {
     }
 }
 
-/// Length of an edge, in units of l0, at which the tension must bear that weight. With 8 the rule ends at Gamma = 0.031 for kappa = 1/pi,
-/// and of 60 droplets at 0.0316 the tail of 14, drawn back over an obstacle, crossed itself; at 0.1 none of 60 did.
+/// Length of an edge, in units of l0, at which the tension must bear the weight of a flank. With 8 instead of 3 the
+/// rule would end at Gamma = 0.031 for kappa = 1/pi. Of 60 droplets at Gamma = 0.0316 the tail of 14 then crossed
+/// itself when it was drawn back over an obstacle; at 0.1 none of 60 did.
 const LONG: f64 = 3.0;
 
-/// Shortest way along the ring between two parts that can touch, in units of delta; a hairpin of that width has pi/2.
+/// Shortest way along the ring between two parts that can touch, in units of delta. Round a hairpin that is delta wide
+/// it is pi/2.
 pub(super) const WAY: f64 = 3.0;
 
-/// Places along a ring of `n` vertices at rest that lie within `pi delta`: the loop between them could not hold one vertex.
+/// How many places along a ring of `n` vertices at rest lie within `pi delta`. A loop of that length is too small to
+/// hold a vertex.
 pub(super) fn places_within(n: usize, delta: f64) -> usize {
     ((PI * delta / regular_edge(n)) as usize).max(1)
 }

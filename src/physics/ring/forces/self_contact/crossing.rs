@@ -1,46 +1,63 @@
-//! Whether a ring crosses itself: what no droplet does.
+//! Whether a ring crosses itself, which no droplet does.
+//!
+//! Edges are looked at in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block and the
+//! next one, or a block and itself, if all their edges lead the same way. What is left is compared edge by edge.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
 use crate::physics::ring::forces::self_contact::block_box;
 use crate::physics::simd::{LANES, padded};
+use std::ops::Range;
 
-/// Whether two edges of the ring cross; those that `apart` takes for neighbours in a pile may.
-pub fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
+/// Whether two edges of the ring cross, other than those that `apart` takes for neighbours in a pile.
+pub(crate) fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
-    let edge = |i: usize| [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]];
-    let block = |k: usize| k * LANES..((k + 1) * LANES).min(ring.n);
-    let reach = match apart {
+    let pile = match apart {
         Apart::Way => 1,
         Apart::Places => places_within(ring.n, delta),
     };
-    // Edges that all lead the same way cannot cross: told by the straight line from the first to the last.
-    let straight = |a: usize, b: usize| {
-        let [start, end] = [block(a).start, block(b).end];
-        let (wx, wy) = (ring.x[end] - ring.x[start], ring.y[end] - ring.y[start]);
-        (start..end).all(|i| {
-            let [x0, y0, x1, y1] = edge(i);
-            (x1 - x0) * wx + (y1 - y0) * wy > 0.0
-        })
-    };
+    let lie_apart = |p: [f64; 4], q: [f64; 4]| p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
     (0..boxes.len()).any(|a| {
         (a..boxes.len()).any(|b| {
-            let (p, q) = (boxes[a], boxes[b]);
-            let apart = p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
-            !(apart || (b <= a + 1 && straight(a, b)))
-                && block(a).any(|i| {
-                    let next = |j: usize| j <= i + 1 || i + ring.n - j <= 1;
-                    let near = |j: usize| j <= i + reach || i + ring.n - j <= reach;
-                    // Long edges are no pile.
-                    let short = |j: usize| {
-                        let [a, b, ..] = edge(i);
-                        let [c, d, ..] = edge(j);
-                        (c - a).abs().max((d - b).abs()) < WAY * delta
-                    };
-                    let neighbours = |j: usize| next(j) || (near(j) && short(j));
-                    block(b).any(|j| !neighbours(j) && cross(edge(i), edge(j)))
-                })
+            let cannot = lie_apart(boxes[a], boxes[b]) || (b <= a + 1 && is_straight(ring, a, b));
+            !cannot && blocks_cross(ring, a, b, pile, delta)
         })
+    })
+}
+
+/// The edges of a block.
+fn block(ring: &Ring, k: usize) -> Range<usize> {
+    k * LANES..((k + 1) * LANES).min(ring.n)
+}
+
+/// Edge `i` from end to end, `[x, y, x', y']`.
+fn edge(ring: &Ring, i: usize) -> [f64; 4] {
+    [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]]
+}
+
+/// Whether all edges of the blocks from `a` to `b` lead forwards along the straight line from the first vertex to the
+/// last.
+fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
+    let [start, end] = [block(ring, a).start, block(ring, b).end];
+    let (wx, wy) = (ring.x[end] - ring.x[start], ring.y[end] - ring.y[start]);
+    (start..end).all(|i| {
+        let [x0, y0, x1, y1] = edge(ring, i);
+        (x1 - x0) * wx + (y1 - y0) * wy > 0.0
+    })
+}
+
+/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may, and an edge and
+/// the next one cannot.
+fn blocks_cross(ring: &Ring, a: usize, b: usize, pile: usize, delta: f64) -> bool {
+    block(ring, a).any(|i| {
+        let within = |j: usize, places: usize| j <= i + places || i + ring.n - j <= places;
+        // Long edges are no pile.
+        let is_short = |j: usize| {
+            let ([a, b, ..], [c, d, ..]) = (edge(ring, i), edge(ring, j));
+            (c - a).abs().max((d - b).abs()) < WAY * delta
+        };
+        let neighbours = |j: usize| within(j, 1) || (within(j, pile) && is_short(j));
+        block(ring, b).any(|j| !neighbours(j) && cross(edge(ring, i), edge(ring, j)))
     })
 }
 

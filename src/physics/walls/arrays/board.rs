@@ -1,13 +1,18 @@
-//! Where darts fall when discs are added at random: the box, its grid of cells, and the random streams of a seed.
+//! The board that darts are thrown at when discs are added at random: a periodic box, its grid of cells, and the random
+//! streams of a seed.
+//!
+//! A cell is so small that its diagonal is shorter than the spacing. So it holds at most one disc, and whatever comes
+//! closer to a place in it than the spacing lies at most two cells away.
 
 use crate::parameters::ObstacleField;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Positions are multiples of this, so that moving them by whole boxes (of a side that is one, too) and origins is exact.
+/// Positions are multiples of this, in sigma, so that it is exact to move them by origins, and by whole boxes if their
+/// side is a multiple, too.
 pub(super) const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
 
-/// What a random stream is for: its number, of those of a seed.
+/// What a random stream of a seed is for; each has a number of its own.
 #[derive(Clone, Copy)]
 pub(super) enum Stream {
     /// Darts into the whole box.
@@ -18,7 +23,7 @@ pub(super) enum Stream {
     Cell(usize),
 }
 
-/// A periodic box in which no two discs come closer than a spacing, and a grid whose cells are too small for two of them.
+/// A periodic box in which no two discs may come closer than the spacing, and its grid.
 #[derive(Clone, Debug)]
 pub(super) struct Board {
     pub(super) box_size: f64,
@@ -34,13 +39,13 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
         let spacing = field.sigma_ob + field.w_ob;
-        // The diagonal of a cell is shorter than the spacing.
+        // One more than makes the diagonal equal to the spacing.
         let mut cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
-        // What is in conflict lies no more than two cells away, in a box of few cells too.
+        // In a box of few cells that may be too many: two cells must be at least as wide as the spacing.
         if 2.0 * field.box_size / (cells as f64) < spacing {
             cells -= 1;
         }
-        // Numbers of cells are u32; campaigns stay far below (`can_be_held`).
+        // Numbers of cells are u32. Campaigns with larger boxes are refused before they get here.
         assert!(cells < 1 << 16, "a box of {} is too large for discs {spacing} apart", field.box_size);
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -69,7 +74,8 @@ impl Board {
         cell.map(|c| c as f64 * self.width)
     }
 
-    /// A cell some columns and rows away, and what to add to places there as seen from here: beyond the edges of the box lie its periodic images.
+    /// The cell some columns and rows away, and what to add to places in it as seen from here: beyond the edges of the
+    /// box lie its periodic images.
     pub(super) fn beside(&self, cell: [usize; 2], away: [i64; 2]) -> ([usize; 2], [f64; 2]) {
         let n = self.cells as i64;
         let [column, row] = [cell[0] as i64 + away[0], cell[1] as i64 + away[1]];
@@ -83,14 +89,19 @@ pub(super) fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A place in the square of side `side` with this lower corner.
+/// A random place in the square of side `side` with this lower corner.
 pub(super) fn place(random: &mut ChaCha8Rng, corner: [f64; 2], side: f64) -> [f64; 2] {
     corner.map(|c| ((c + side * uniform(random)) / GRAIN).floor() * GRAIN)
 }
 
+/// Time to the next of random events that come once in a unit of time on average.
+pub(super) fn wait(random: &mut ChaCha8Rng) -> f64 {
+    -libm::log(1.0 - uniform(random))
+}
+
 /// Squared distance of two places.
 #[inline(always)]
-pub(super) fn squared(from: [f64; 2], to: [f64; 2]) -> f64 {
+pub(super) fn squared_distance(from: [f64; 2], to: [f64; 2]) -> f64 {
     let [dx, dy] = [from[0] - to[0], from[1] - to[1]];
     dx * dx + dy * dy
 }

@@ -1,17 +1,30 @@
 //! The soft particle: one point of mass M that walls push away ([C24] eqs 8-11).
 //!
-//! For every wall whose surface is nearer than `d = sigma/2`: `U = (E_w/2)(1 - 2d/sigma)^2`, a force
-//! `2 (E_w/sigma)(1 - 2d/sigma)` along the normal. On a plate the point sinks `delta_s = pi/(16 E_w)`.
+//! Every wall whose surface is nearer than `d = sigma/2` adds an energy `U = (E_w/2)(1 - 2d/sigma)^2`, which is a force
+//! `2 (E_w/sigma)(1 - 2d/sigma)` along the normal. On a plate the point sinks by `delta_s = pi/(16 E_w)`.
 //!
 //! Time advances by the same scheme as the ring's ([`crate::physics::motion::verlet`]).
+//!
+//! ```
+//! use meniscus::parameters::MASS;
+//! use meniscus::physics::{point::{SoftEffects, SoftMotion}, simd::best_instruction_set, walls::plate::Plate};
+//! use std::{f64::consts::PI, sync::Arc};
+//!
+//! let effects = SoftEffects { stiffness: 5.0, weight: MASS, far_rate: 33.0, b0: 0.0, alpha: 4.0 / 3.0 };
+//! let mut droplet = SoftMotion::start([-0.6, 0.0], effects, 1e-3, Arc::new(Plate), best_instruction_set());
+//! droplet.advance(400_000);
+//! let sunk = 0.5 + droplet.observe().x;
+//! assert!((sunk - PI / (16.0 * 5.0)).abs() < 1e-9);
+//! ```
+
+mod readings;
 
 use crate::on_instruction_set;
 use crate::parameters::MASS;
-use crate::physics::observation::Observation;
 use crate::physics::ring::ORIGIN_STEP;
 use crate::physics::simd::InstructionSet;
+use crate::physics::walls::neighbours::{Neighbours, obstacles_near};
 use crate::physics::walls::wall::{Obstacle, Walls};
-use crate::results::outline::{LoadRecord, Outline};
 use fearless_simd::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -19,11 +32,12 @@ use std::sync::Arc;
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
 
-/// Smallest distance that the near-wall drag knows, in sigma: the rim of a soft particle sinks into walls.
+/// Smallest distance from a wall that counts for the near-wall drag, in sigma; the rim of a soft particle sinks into
+/// walls.
 const NEAREST: f64 = 0.01;
 
-/// A force along y too small to move anything: without it the velocity of a droplet that falls freely dies away until it is
-/// so small a number (denormal) that processors take twenty times as long over it.
+/// A force along y too small to move anything. Without it the velocity along y of a droplet that falls freely dies away
+/// to a denormal number, over which processors take twenty times as long.
 const NEXT_TO_NOTHING: f64 = 1e-200;
 
 /// What acts on a soft particle.
@@ -52,18 +66,17 @@ pub struct SoftMotion<W: Walls> {
     effects: SoftEffects,
     dt: f64,
     walls: Arc<W>,
-    near: Vec<W::Obstacle>,
+    near: Neighbours<W::Obstacle>,
     /// What each of them remembers of the step before ([`Obstacle::push_point`]).
     memories: Vec<f64>,
     instruction_set: InstructionSet,
     /// How far from a skeleton the listed walls may be, so that the nearest is among them.
     far: f64,
-    slack: f64,
     /// Where the point was when the list was made.
     listed_at: [f64; 2],
 }
 
-/// What decides how a soft particle goes on.
+/// All that decides how a soft particle goes on, as checkpoints keep it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SoftState {
     position: [f64; 2],
@@ -74,7 +87,8 @@ pub struct SoftState {
 }
 
 impl<W: Walls> SoftMotion<W> {
-    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero now.
+    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero
+    /// now.
     pub fn start(
         position: [f64; 2],
         effects: SoftEffects,
@@ -83,47 +97,23 @@ impl<W: Walls> SoftMotion<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let origin = position.map(|c| (c / ORIGIN_STEP).round() * ORIGIN_STEP);
-        let mut motion =
-            Self::at([position[0] - origin[0], position[1] - origin[1]], origin, effects, dt, walls, instruction_set);
-        motion.list_near();
-        let force = motion.force(motion.position);
+        let position = [position[0] - origin[0], position[1] - origin[1]];
+        let state = SoftState { position, velocity: [0.0; 2], origin, listed_at: position, slack: SKIN };
+        let mut motion = Self::resume(state, effects, dt, walls, instruction_set);
+        let force = motion.force(position);
         motion.velocity = force.map(|force| -0.5 * dt / MASS * force);
         motion
     }
 
-    /// A point that nothing is known of but its place.
-    fn at(
-        position: [f64; 2],
-        origin: [f64; 2],
-        effects: SoftEffects,
-        dt: f64,
-        walls: Arc<W>,
-        instruction_set: InstructionSet,
-    ) -> Self {
-        Self {
-            position,
-            velocity: [0.0; 2],
-            origin,
-            effects,
-            dt,
-            walls,
-            near: Vec::new(),
-            memories: Vec::new(),
-            instruction_set,
-            far: 0.0,
-            slack: f64::NEG_INFINITY,
-            listed_at: [f64::NAN; 2],
-        }
-    }
-
     /// Its state between two steps.
-    pub fn state(&self) -> SoftState {
-        let Self { position, velocity, origin, listed_at, slack, .. } = *self;
-        SoftState { position, velocity, origin, listed_at, slack }
+    pub(crate) fn state(&self) -> SoftState {
+        let Self { position, velocity, origin, listed_at, .. } = *self;
+        SoftState { position, velocity, origin, listed_at, slack: self.near.skin.left }
     }
 
-    /// Goes on from `state`. The list is made where it was: with near-wall drag it decides how far is looked, and so the last bits.
-    pub fn resume(
+    /// Goes on from `state`. The list is made where it was made before: with near-wall drag that place decides how far
+    /// out walls are listed, and so the last bits.
+    pub(crate) fn resume(
         state: SoftState,
         effects: SoftEffects,
         dt: f64,
@@ -131,9 +121,21 @@ impl<W: Walls> SoftMotion<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let SoftState { position, velocity, origin, listed_at, slack } = state;
-        let mut motion = Self::at(listed_at, origin, effects, dt, walls, instruction_set);
+        let mut motion = Self {
+            position: listed_at,
+            velocity,
+            origin,
+            effects,
+            dt,
+            walls,
+            near: Neighbours::new(SKIN),
+            memories: Vec::new(),
+            instruction_set,
+            far: 0.0,
+            listed_at,
+        };
         motion.list_near();
-        (motion.position, motion.velocity, motion.slack) = (position, velocity, slack);
+        (motion.position, motion.near.skin.left) = (position, slack);
         motion
     }
 
@@ -142,33 +144,29 @@ impl<W: Walls> SoftMotion<W> {
         0.5 + self.walls.surface()
     }
 
-    /// Lists the walls in reach; with near-wall drag, further out until the nearest is among them for certain.
+    /// Lists the walls that may come into reach. With near-wall drag it looks further out until the nearest wall is
+    /// among them for certain.
     #[inline(never)]
     fn list_near(&mut self) {
         let [x, y] = self.position;
+        self.near.renew(self.origin);
         self.far = self.reach() + SKIN;
         loop {
-            let far = self.far;
-            let near = &mut self.near;
-            near.clear();
-            self.walls.for_each_near(self.origin, [x - far, x + far, y - far, y + far], |obstacle| {
-                near.extend(obstacle.touch_point(x, y, far).map(|_| obstacle));
-            });
-            if self.effects.b0 == 0.0 || !self.near.is_empty() || far > 100.0 {
+            let near = obstacles_near(&*self.walls, self.origin, [x, x, y, y], self.far);
+            self.near.items.extend(near.iter().filter(|obstacle| obstacle.touch_point(x, y, self.far).is_some()));
+            if self.effects.b0 == 0.0 || !self.near.items.is_empty() || self.far > 100.0 {
                 break;
             }
             self.far *= 2.0;
         }
-        self.near.sort_by_key(Obstacle::id);
         self.forget();
-        self.slack = SKIN;
         self.listed_at = self.position;
     }
 
-    /// Has the walls remember nothing, so that what follows depends on the present alone.
+    /// Clears what the walls remember, so that what follows depends on the present alone.
     fn forget(&mut self) {
         self.memories.clear();
-        self.memories.resize(self.near.len(), 0.0);
+        self.memories.resize(self.near.items.len(), 0.0);
     }
 
     /// Force at `position`, drag apart.
@@ -177,7 +175,7 @@ impl<W: Walls> SoftMotion<W> {
         // 1 - 2d/sigma = 2 overlap at sigma = 1.
         let (reach, stiffness) = (self.reach(), 4.0 * self.effects.stiffness);
         let mut force = [self.effects.weight, NEXT_TO_NOTHING];
-        for (obstacle, memory) in self.near.iter().zip(&mut self.memories) {
+        for (obstacle, memory) in self.near.items.iter().zip(&mut self.memories) {
             force = obstacle.push_point(position, reach, stiffness, memory, force);
         }
         force
@@ -186,12 +184,10 @@ impl<W: Walls> SoftMotion<W> {
     /// Damping rate at `[x, y]`: `(1 + b0 d^-alpha)/V_t`, d the distance of the droplet's rim from the nearest
     /// wall, no less than a hundredth of sigma.
     fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
-        let effects = &self.effects;
-        let deepest = self
-            .near
-            .iter()
-            .filter_map(|obstacle| obstacle.touch_point(x, y, self.far + SKIN).map(|(overlap, _)| overlap));
-        let distance = self.far + SKIN - deepest.fold(0.0, f64::max) - self.reach();
+        let (effects, far) = (&self.effects, self.far + SKIN);
+        let depths =
+            self.near.items.iter().filter_map(|obstacle| obstacle.touch_point(x, y, far).map(|(depth, _)| depth));
+        let distance = far - depths.fold(0.0, f64::max) - self.reach();
         effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
     }
 
@@ -205,7 +201,8 @@ impl<W: Walls> SoftMotion<W> {
         }
     }
 
-    /// For its fused multiply-adds compiled for the instruction set S.
+    /// Takes `steps` time steps. Compiled for the instruction set S, so that the fused multiply-adds are single
+    /// instructions.
     #[inline(always)]
     fn advance_with<S: Simd, const NEAR_WALL: bool>(&mut self, _: S, steps: u64) {
         let factors = |rate: f64, dt: f64| {
@@ -214,26 +211,26 @@ impl<W: Walls> SoftMotion<W> {
         };
         let (mut keep, mut push) = factors(self.effects.far_rate, self.dt);
         // In registers: a step would wait for memory otherwise.
-        let Self { mut position, mut velocity, mut slack, dt, .. } = *self;
+        let Self { mut position, mut velocity, dt, .. } = *self;
+        let mut skin = self.near.skin;
         for _ in 0..steps {
             if NEAR_WALL {
                 (keep, push) = factors(self.drag_rate(position), dt);
             }
             let force = self.force(position);
             for k in 0..2 {
-                // x + dt u+, with what does not wait for the force made first.
+                // x + dt u+; what does not wait for the force comes first.
                 let coasting = (dt * keep).mul_add(velocity[k], position[k]);
                 velocity[k] = velocity[k].mul_add(keep, force[k] * push);
                 position[k] = (dt * push).mul_add(force[k], coasting);
             }
-            slack -= dt * (velocity[0].abs() + velocity[1].abs());
-            if slack < 0.0 {
+            if skin.moved(dt * (velocity[0].abs() + velocity[1].abs())) {
                 self.position = position;
                 self.list_near();
-                slack = self.slack;
+                skin = self.near.skin;
             }
         }
-        (self.position, self.velocity, self.slack) = (position, velocity, slack);
+        (self.position, self.velocity, self.near.skin) = (position, velocity, skin);
     }
 
     /// Moves the origin next to the point.
@@ -245,52 +242,6 @@ impl<W: Walls> SoftMotion<W> {
                 self.origin[k] += shift[k];
             }
             self.list_near();
-        }
-    }
-
-    /// The point at time `t`, and the loads on it; each acts where the normal meets the surface of its wall.
-    pub fn outline(&self, t: f64) -> Outline {
-        let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
-        let mut loads = Vec::new();
-        for obstacle in &self.near {
-            let [x, y] = self.position;
-            if let Some((overlap, [nx, ny])) = obstacle.touch_point(x, y, self.reach()) {
-                let (push, to_surface) = (4.0 * self.effects.stiffness * overlap, 0.5 - overlap);
-                let at = [world[0] - to_surface * nx, world[1] - to_surface * ny];
-                let (fx, fy) = (push * nx, push * ny);
-                loads.push(LoadRecord { obstacle: obstacle.id(), x: at[0], y: at[1], fx, fy, turn: 0.0 });
-            }
-        }
-        Outline { t, x: vec![world[0]], y: vec![world[1]], loads }
-    }
-
-    /// Everything that is recorded, at the present position.
-    pub fn observe(&mut self) -> Observation {
-        self.forget();
-        let force = self.force(self.position);
-        let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };
-        let damping = 1.0 + 0.5 * self.dt * rate;
-        let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
-        let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
-        for obstacle in &self.near {
-            let touch = obstacle.touch_point(self.position[0], self.position[1], self.reach());
-            if let Some((depth, _)) = touch {
-                overlap = overlap.max(depth);
-                contacts += 1;
-                potential += 2.0 * self.effects.stiffness * depth * depth;
-            }
-        }
-        let x = self.position[0] + self.origin[0];
-        Observation {
-            x,
-            y: self.position[1] + self.origin[1],
-            velocity: velocity[0],
-            kinetic: 0.5 * MASS * (velocity[0] * velocity[0] + velocity[1] * velocity[1]),
-            potential: potential - self.effects.weight * x,
-            shape: None,
-            area_error: None,
-            overlap,
-            contacts,
         }
     }
 }

@@ -1,0 +1,55 @@
+//! What is read off a soft particle: its outline with the loads on it, and everything that is recorded.
+
+use crate::parameters::MASS;
+use crate::physics::observation::Observation;
+use crate::physics::point::SoftMotion;
+use crate::physics::walls::wall::{Obstacle, Walls};
+use crate::results::outline::{LoadRecord, Outline};
+
+impl<W: Walls> SoftMotion<W> {
+    /// The point at time `t`, and the loads on it; each acts where the normal meets the surface of its wall.
+    pub fn outline(&self, t: f64) -> Outline {
+        let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
+        let mut loads = Vec::new();
+        for obstacle in &self.near.items {
+            let [x, y] = self.position;
+            if let Some((overlap, [nx, ny])) = obstacle.touch_point(x, y, self.reach()) {
+                let (push, to_surface) = (4.0 * self.effects.stiffness * overlap, 0.5 - overlap);
+                let at = [world[0] - to_surface * nx, world[1] - to_surface * ny];
+                let (fx, fy) = (push * nx, push * ny);
+                loads.push(LoadRecord { obstacle: obstacle.id(), x: at[0], y: at[1], fx, fy, turn: 0.0 });
+            }
+        }
+        Outline { t, x: vec![world[0]], y: vec![world[1]], loads }
+    }
+
+    /// Everything that is recorded, at the present position.
+    pub fn observe(&mut self) -> Observation {
+        self.forget();
+        let force = self.force(self.position);
+        let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };
+        let damping = 1.0 + 0.5 * self.dt * rate;
+        let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
+        let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
+        for obstacle in &self.near.items {
+            let touch = obstacle.touch_point(self.position[0], self.position[1], self.reach());
+            if let Some((depth, _)) = touch {
+                overlap = overlap.max(depth);
+                contacts += 1;
+                potential += 2.0 * self.effects.stiffness * depth * depth;
+            }
+        }
+        let x = self.position[0] + self.origin[0];
+        Observation {
+            x,
+            y: self.position[1] + self.origin[1],
+            velocity: velocity[0],
+            kinetic: 0.5 * MASS * (velocity[0] * velocity[0] + velocity[1] * velocity[1]),
+            potential: potential - self.effects.weight * x,
+            shape: None,
+            area_error: None,
+            overlap,
+            contacts,
+        }
+    }
+}

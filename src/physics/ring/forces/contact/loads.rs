@@ -1,0 +1,91 @@
+//! What the contacts amount to at one instant: energy, deepest overlap, and the load that each obstacle carries.
+
+use crate::physics::ring::Ring;
+use crate::physics::ring::forces::contact::Contact;
+use crate::physics::ring::forces::contact::stretches::edges_at;
+use crate::physics::simd::LANES;
+use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Walls};
+use fearless_simd::Fallback;
+
+/// The load that one obstacle carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Which obstacle.
+    pub id: u32,
+    /// Where it acts on average, in local coordinates.
+    pub at: [f64; 2],
+    /// Force on the droplet.
+    pub force: [f64; 2],
+    /// Length of the ring in contact, as the angle in radians by which the normal turns along it.
+    pub turn: f64,
+}
+
+/// What the contacts amount to at one instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactState {
+    /// Energy.
+    pub energy: f64,
+    /// Deepest overlap `delta/2 - d`, in sigma.
+    pub overlap: f64,
+    /// Loads, by the order of the obstacles.
+    pub loads: Vec<Load>,
+}
+
+impl<W: Walls> Contact<W> {
+    /// Energy, overlap and loads at the present positions.
+    pub(super) fn state_at(&self, ring: &Ring) -> ContactState {
+        let simd = Fallback::new();
+        let mut state = ContactState::default();
+        for stretch in &self.stretches.items {
+            let id = stretch.obstacle.id();
+            for start in (stretch.start..stretch.end).step_by(LANES) {
+                let edges = edges_at(simd, ring, start, self.share);
+                let Some(touch) = simd.touch(&stretch.obstacle, edges, self.reach) else { continue };
+                for lane in 0..LANES.min(ring.n.saturating_sub(start)) {
+                    let overlap = touch.overlap.as_slice()[lane];
+                    if overlap <= 0.0 {
+                        continue;
+                    }
+                    let stiffness = self.stiffness[start + lane];
+                    state.energy += 0.5 * stiffness * overlap * overlap;
+                    state.overlap = state.overlap.max(overlap);
+                    let [q, x, y, ex, ey] =
+                        [touch.q, edges.x, edges.y, edges.ex, edges.ey].map(|vector| vector.as_slice()[lane]);
+                    let normal = [touch.nx.as_slice()[lane], touch.ny.as_slice()[lane]];
+                    add_load(&mut state.loads, id, [x + q * ex, y + q * ey], normal, stiffness * overlap);
+                }
+            }
+        }
+        state.loads.iter_mut().for_each(finish_load);
+        state
+    }
+}
+
+/// Adds the push of one edge to the load of obstacle `id`. Until the load is finished, `at` is a sum with the pushes as
+/// weights, and `turn` the sum of the pushes.
+fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
+    if loads.last().is_none_or(|load| load.id != id) {
+        loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
+    }
+    if let Some(load) = loads.last_mut() {
+        for k in 0..2 {
+            load.at[k] += push * at[k];
+            load.force[k] += push * normal[k];
+        }
+        load.turn += push;
+    }
+}
+
+/// Divides the sums by the total push. The normals of a wide contact cancel in part: for normals spread evenly over an
+/// angle `turn`, `|force| = push sin(turn/2)/(turn/2)`, which is solved for the angle by halving.
+fn finish_load(load: &mut Load) {
+    let push = load.turn;
+    load.at = load.at.map(|sum| sum / push);
+    let share = (load.force[0] * load.force[0] + load.force[1] * load.force[1]).sqrt() / push;
+    let (mut low, mut high) = (0.0, 2.0 * std::f64::consts::PI);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if libm::sin(0.5 * middle) / (0.5 * middle) > share { low = middle } else { high = middle }
+    }
+    load.turn = 0.5 * (low + high);
+}

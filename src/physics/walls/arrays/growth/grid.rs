@@ -1,0 +1,142 @@
+//! The cells of the whole box, by tiles: untouched, worked on, or settled.
+
+use crate::physics::walls::arrays::board::{Board, Stream, place, wait};
+use crate::physics::walls::arrays::growth::cell::{Block, Cell, Fate, NOTHING, offset};
+use crate::physics::walls::arrays::tile::{TILE, Tile};
+use std::sync::Arc;
+
+/// The cells of a tile, row by row.
+type Page = [Cell; TILE * TILE];
+
+/// How far a tile is worked out.
+#[derive(Debug)]
+enum Progress {
+    Untouched,
+    Working(Box<Page>),
+    Settled(Arc<Tile>),
+}
+
+/// All cells.
+#[derive(Debug)]
+pub(super) struct Grid {
+    pub(super) board: Board,
+    /// Tiles along a side.
+    pub(super) across: usize,
+    tiles: Vec<Progress>,
+}
+
+impl Grid {
+    pub(super) fn new(board: Board) -> Self {
+        let across = board.cells.div_ceil(TILE);
+        let tiles = (0..across * across).map(|_| Progress::Untouched).collect();
+        Self { board, across, tiles }
+    }
+
+    /// Number of tiles.
+    pub(super) fn tiles(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// The cells of all tiles that are worked on.
+    pub(super) fn worked_on(&self) -> impl Iterator<Item = &Cell> {
+        self.tiles.iter().flat_map(|tile| match tile {
+            Progress::Working(page) => &page[..],
+            Progress::Untouched | Progress::Settled(_) => &[],
+        })
+    }
+
+    /// The discs of a tile, if it is settled.
+    pub(super) fn settled(&self, tile: usize) -> Option<Arc<Tile>> {
+        match &self.tiles[tile] {
+            Progress::Settled(tile) => Some(tile.clone()),
+            Progress::Untouched | Progress::Working(_) => None,
+        }
+    }
+
+    /// Keeps the discs of a tile, in which no dart waits any more, and nothing else of it.
+    pub(super) fn settle(&mut self, tile: usize) -> Arc<Tile> {
+        let discs = self.page(tile).iter().map(|cell| (cell.fate == Fate::Disc).then_some(cell.at));
+        let settled = Arc::new(Tile::new(discs));
+        self.tiles[tile] = Progress::Settled(settled.clone());
+        settled
+    }
+
+    /// A cell and those around it, at places as seen from it.
+    #[inline(always)]
+    pub(super) fn block(&mut self, cell: [usize; 2]) -> Block {
+        let (tile, k) = self.slot(cell);
+        let mut block = [NOTHING; 25];
+        let inside = |c: usize| (2..TILE - 2).contains(&(c % TILE)) && c + 2 < self.board.cells;
+        if cell.into_iter().all(inside) {
+            let page = self.page(tile);
+            for (row, five) in block.chunks_exact_mut(5).enumerate() {
+                five.copy_from_slice(&page[k + row * TILE - 2 * TILE - 2..][..5]);
+            }
+            return block;
+        }
+        for (i, there) in block.iter_mut().enumerate() {
+            let (other, shift) = self.board.beside(cell, offset(i));
+            let Cell { at: [x, y], time, fate } = self.cell(other);
+            *there = Cell { at: [x + shift[0], y + shift[1]], time, fate };
+        }
+        block
+    }
+
+    /// Number of a cell, row by row through the box.
+    pub(super) fn number(&self, [column, row]: [usize; 2]) -> u32 {
+        (row * self.board.cells + column) as u32
+    }
+
+    /// The cell at a place of a tile's page.
+    pub(super) fn cell_of(&self, tile: usize, k: usize) -> [usize; 2] {
+        [tile % self.across * TILE + k % TILE, tile / self.across * TILE + k / TILE]
+    }
+
+    /// Tile of a cell, and its place on the page.
+    #[inline(always)]
+    fn slot(&self, [column, row]: [usize; 2]) -> (usize, usize) {
+        (row / TILE * self.across + column / TILE, row % TILE * TILE + column % TILE)
+    }
+
+    fn cell(&mut self, cell: [usize; 2]) -> Cell {
+        let (tile, k) = self.slot(cell);
+        if let Progress::Settled(tile) = &self.tiles[tile] {
+            return tile.disc(k % TILE, k / TILE).map_or(NOTHING, |at| Cell { at, time: 0.0, fate: Fate::Disc });
+        }
+        self.page(tile)[k]
+    }
+
+    /// A cell of a tile that is not settled.
+    pub(super) fn cell_mut(&mut self, cell: [usize; 2]) -> &mut Cell {
+        let (tile, k) = self.slot(cell);
+        &mut self.page(tile)[k]
+    }
+
+    /// The cells of a tile that is not settled.
+    #[inline(always)]
+    pub(super) fn page(&mut self, tile: usize) -> &mut Page {
+        if matches!(self.tiles[tile], Progress::Untouched) {
+            self.tiles[tile] = Progress::Working(self.first_darts(tile));
+        }
+        match &mut self.tiles[tile] {
+            Progress::Working(page) => page,
+            Progress::Untouched | Progress::Settled(_) => unreachable!("no dart waits in a settled tile"),
+        }
+    }
+
+    /// The first dart of every cell of a tile.
+    fn first_darts(&self, tile: usize) -> Box<Page> {
+        let mut random = self.board.stream(Stream::Tile(tile));
+        let mut page = Box::new([NOTHING; TILE * TILE]);
+        for (k, there) in page.iter_mut().enumerate() {
+            let cell = self.cell_of(tile, k);
+            // The last tiles reach beyond the box.
+            if cell.iter().all(|&c| c < self.board.cells) {
+                let time = wait(&mut random);
+                let at = place(&mut random, self.board.corner(cell), self.board.width);
+                *there = Cell { at, time, fate: Fate::Waiting };
+            }
+        }
+        page
+    }
+}

@@ -1,0 +1,109 @@
+//! Lists of what is near a droplet, and how long they hold.
+//!
+//! Contact, near-wall drag, self-contact and the soft particle all look only at what is near. Each lists what could
+//! matter within a little more than its own reach, and uses the list until something may have moved by that little
+//! more, the skin:
+//!
+//! ```text
+//! |---- reach ----|-- skin --|
+//! ```
+//!
+//! A list made within `reach + skin` misses nothing within `reach` as long as nothing has moved further than `skin`. So
+//! each step costs one subtraction for the distance travelled, and a list is made again only when the skin is used up,
+//! or when the origin of the coordinates has moved, in which its items are told.
+//!
+//! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made, unless its
+//! owner stores something else with it, which then is part of the owner's saved state.
+
+use crate::physics::walls::wall::{Obstacle, Walls};
+
+/// Obstacles are not looked for around anything larger than this, in sigma: a ring that has burst would ask for the
+/// whole scene.
+const LARGEST: f64 = 1e3;
+
+/// How far things may move before a list of what is near them misses something.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Skin {
+    width: f64,
+    /// What is left of it since the list was made.
+    pub(crate) left: f64,
+}
+
+impl Skin {
+    /// A skin of this width whose list is yet to be made.
+    pub(crate) const fn new(width: f64) -> Self {
+        Self { width, left: f64::NEG_INFINITY }
+    }
+
+    /// How wide it is while nothing has moved.
+    pub(crate) fn width(self) -> f64 {
+        self.width
+    }
+
+    /// Takes note that nothing moved further than `distance`; tells whether the list must be made again.
+    #[inline(always)]
+    pub(crate) fn moved(&mut self, distance: f64) -> bool {
+        self.left -= distance;
+        // Written so that a NaN, too, leads to a new list.
+        !(self.left >= 0.0)
+    }
+}
+
+/// A list of what is near.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbours<T> {
+    /// What was near when the list was made.
+    pub(crate) items: Vec<T>,
+    pub(crate) skin: Skin,
+    /// Origin of the coordinates that the items are told in.
+    origin: [f64; 2],
+}
+
+impl<T> Neighbours<T> {
+    /// A list that is yet to be made.
+    pub(crate) const fn new(skin: f64) -> Self {
+        Self { items: Vec::new(), skin: Skin::new(skin), origin: [f64::NAN; 2] }
+    }
+
+    /// Takes note that nothing moved further than `distance`, in coordinates with this origin; tells whether the list
+    /// must be made again.
+    #[inline(always)]
+    pub(crate) fn moved(&mut self, distance: f64, origin: [f64; 2]) -> bool {
+        self.skin.moved(distance) || self.origin != origin
+    }
+
+    /// Empties the list, for what is near now to be put in.
+    pub(crate) fn renew(&mut self, origin: [f64; 2]) {
+        self.items.clear();
+        self.skin.left = self.skin.width;
+        self.origin = origin;
+    }
+}
+
+/// The obstacles whose skeletons may come within `far` of the box `[x_min, x_max, y_min, y_max]`, in the order of their
+/// ids, told in coordinates relative to `origin`.
+pub(crate) fn obstacles_near<W: Walls>(walls: &W, origin: [f64; 2], bounds: [f64; 4], far: f64) -> Vec<W::Obstacle> {
+    let [x0, x1, y0, y1] = bounds;
+    let mut near = Vec::new();
+    if (x1 - x0) + (y1 - y0) < LARGEST {
+        walls.for_each_near(origin, [x0 - far, x1 + far, y0 - far, y1 + far], |obstacle| near.push(obstacle));
+        near.sort_by_key(Obstacle::id);
+    }
+    near
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_holds_until_its_skin_is_used_up_or_the_origin_moves() {
+        let mut near = Neighbours::<()>::new(0.3);
+        assert!(near.moved(0.0, [4.0, 0.0]), "it is yet to be made");
+        near.renew([4.0, 0.0]);
+        assert!(!near.moved(0.125, [4.0, 0.0]) && !near.moved(0.125, [4.0, 0.0]));
+        assert!(near.clone().moved(0.0, [8.0, 0.0]));
+        assert!(near.clone().moved(f64::NAN, [4.0, 0.0]));
+        assert!(near.moved(0.125, [4.0, 0.0]));
+    }
+}
