@@ -92,9 +92,25 @@ fn tree(text: &str) -> &str {
     text
 }
 
-/// Every import of the crate's own modules in the files below `root`.
+/// The modules of test code among `files`: those that are declared behind `#[cfg(test)]`.
+fn test_modules(files: &[PathBuf], root: &Path) -> BTreeSet<Vec<String>> {
+    let mut found = BTreeSet::new();
+    for file in files {
+        let text = fs::read_to_string(file).unwrap();
+        for declared in text.split("#[cfg(test)]\n").skip(1) {
+            let declared = declared.lines().next().unwrap_or_default().trim();
+            let name = declared.strip_suffix(';').and_then(|line| line.rsplit_once("mod "));
+            found.extend(name.map(|(_, name)| [module(file, root), vec![name.to_owned()]].concat()));
+        }
+    }
+    found
+}
+
+/// Every import of the crate's own modules in the files below `root`, test code left out.
 fn imports(root: &Path) -> Vec<Import> {
-    let files = sources(root);
+    let mut files = sources(root);
+    let tests = test_modules(&files, root);
+    files.retain(|file| !tests.iter().any(|test| module(file, root).starts_with(test)));
     let modules: BTreeSet<Vec<String>> = files.iter().map(|file| module(file, root)).collect();
     let mut found = Vec::new();
     for file in &files {
