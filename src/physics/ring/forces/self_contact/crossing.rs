@@ -5,21 +5,20 @@
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
-use crate::physics::ring::forces::self_contact::block_box;
-use crate::physics::simd::{LANES, padded};
+use crate::physics::ring::forces::self_contact::boxes::{block_boxes, lie_apart};
+use crate::physics::simd::LANES;
 use std::ops::Range;
 
 /// Whether two edges of the ring cross, other than those that `apart` takes for neighbours in a pile.
 pub(crate) fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
-    let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+    let boxes = block_boxes(ring);
     let pile = match apart {
         Apart::Way => 1,
         Apart::Places => places_within(ring.n, delta),
     };
-    let lie_apart = |p: [f64; 4], q: [f64; 4]| p[0] > q[1] || q[0] > p[1] || p[2] > q[3] || q[2] > p[3];
     (0..boxes.len()).any(|a| {
         (a..boxes.len()).any(|b| {
-            let cannot = lie_apart(boxes[a], boxes[b]) || (b <= a + 1 && is_straight(ring, a, b));
+            let cannot = lie_apart(boxes[a], boxes[b], 0.0) || (b <= a + 1 && is_straight(ring, a, b));
             !cannot && blocks_cross(ring, a, b, pile, delta)
         })
     })

@@ -14,11 +14,13 @@
 //! |---|---|
 //! | `apart` | which rule applies, and how stiff the contact is |
 //! | `along` | the rule itself, eight vertices at a time |
+//! | `boxes` | boxes around blocks of edges |
 //! | `pairs` | the list of what may touch |
 //! | `crossing` | whether a ring crosses itself |
 
 mod along;
 pub(crate) mod apart;
+mod boxes;
 mod crossing;
 mod pairs;
 
@@ -109,13 +111,6 @@ impl SelfContact {
             ring.force_y[j + 1] -= ahead_y;
         }
     }
-}
-
-/// Box around the eight edges from `start` on: `[x_min, x_max, y_min, y_max]`.
-fn block_box(ring: &Ring, start: usize) -> [f64; 4] {
-    let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
-    let ([x0, x1], [y0, y1]) = (ends(&ring.x[start..=start + LANES]), ends(&ring.y[start..=start + LANES]));
-    [x0, x1, y0, y1]
 }
 
 impl RingForce for SelfContact {

@@ -2,8 +2,9 @@
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::self_contact::{SelfContact, block_box};
-use crate::physics::simd::{LANES, padded};
+use crate::physics::ring::forces::self_contact::SelfContact;
+use crate::physics::ring::forces::self_contact::boxes::{block_boxes, lie_apart};
+use crate::physics::simd::LANES;
 
 /// Eight vertices, from `vertices` on, and an edge that one of them may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,14 +58,12 @@ impl SelfContact {
         let mut pairs = std::mem::take(&mut self.near.items);
         self.listed.note(ring);
         self.along.measure(ring);
-        let boxes: Vec<[f64; 4]> = (0..padded(ring.n)).step_by(LANES).map(|start| block_box(ring, start)).collect();
+        let boxes = block_boxes(ring);
         let far = self.delta + self.near.skin.width();
         on_instruction_set!(self.instruction_set, simd => {
-            for (a, vertices) in boxes.iter().enumerate() {
-                for (b, edges) in boxes.iter().enumerate() {
-                    let apart =
-                        |low: usize, high: usize| vertices[low] > edges[high] + far || edges[low] > vertices[high] + far;
-                    if apart(0, 1) || apart(2, 3) {
+            for (a, &vertices) in boxes.iter().enumerate() {
+                for (b, &edges) in boxes.iter().enumerate() {
+                    if lie_apart(vertices, edges, far) {
                         continue;
                     }
                     for edge in b * LANES..((b + 1) * LANES).min(ring.n) {
