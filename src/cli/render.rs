@@ -1,6 +1,7 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::{Exit, Outcome, print};
+use crate::cli::talk::{print, typed};
+use crate::cli::{CommandResult, Exit};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
 use crate::report::caption::Caption;
@@ -27,7 +28,7 @@ const EXAMPLES: &str = "
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store
     store: PathBuf,
     /// The job, or the first digits of its id; without it, a few jobs to choose from are listed
@@ -53,7 +54,7 @@ enum Kind {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self, quiet: bool) -> Outcome {
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
         let Some(prefix) = &self.job else { return self.list() };
         let id = find(&self.store, prefix)?;
         let file = self.output.clone().unwrap_or_else(|| {
@@ -73,11 +74,11 @@ impl Arguments {
     }
 
     /// Lists jobs to choose from.
-    fn list(&self) -> Outcome {
+    fn list(&self) -> CommandResult {
         let mut table = Vec::new();
         store::query(&self.store, EXAMPLES, Format::Table, &mut table)?;
         print(&String::from_utf8_lossy(&table))?;
-        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", self.store.display());
+        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
         Ok(Exit::Done)
     }
 
@@ -94,7 +95,7 @@ impl Arguments {
             return Err(format!(
                 "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
                  and run it again; one picture: meniscus render {} {id} -o {id}.png",
-                self.store.display()
+                typed(&self.store)
             )
             .into());
         }
@@ -130,7 +131,7 @@ fn find(dir: &Path, prefix: &str) -> Result<JobId, Box<dyn Error>> {
 }
 
 fn no_such(dir: &Path, id: &str) -> String {
-    format!("no job `{id}` in {0}: list some with `meniscus render {0}`", dir.display())
+    format!("no job `{id}` in {}: list some with `meniscus render {}`", dir.display(), typed(dir))
 }
 
 /// The story of a job that has ended.
@@ -161,6 +162,6 @@ fn parse_kind(name: &str) -> Result<Kind, String> {
         "svg" => Ok(Kind::Svg),
         "png" => Ok(Kind::Png),
         "gif" => Ok(Kind::Gif),
-        _ => Err(format!("`{name}` is no kind of picture: choose svg, png or gif")),
+        _ => Err(format!("`{name}` is not a kind of picture: choose svg, png or gif")),
     }
 }

@@ -1,0 +1,198 @@
+//! A campaign from what its store holds to its end, round after round.
+
+use crate::campaign::file::Campaign;
+use crate::campaign::plan::{self, KnownJobs, Plan, Speed};
+use crate::execute::executor::{self, RoundReport, RunError};
+use crate::execute::machine_speed;
+use crate::execute::options::{Options, Retry};
+use crate::execute::rounds::{Evidence, grown};
+use crate::execute::schedule::{Paused, Progress, StopReason};
+use crate::physics::simd::{InstructionSet, best_instruction_set};
+use crate::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading, point_runs};
+use rusqlite::Connection;
+use std::borrow::Cow;
+use std::path::Path;
+use std::time::Duration;
+
+/// What the caller is told while a run goes on.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// A round begins.
+    RoundBegins {
+        /// Rounds before it; a campaign without `until` has one round.
+        rounds_before: usize,
+        /// The name of the campaign.
+        campaign: &'a str,
+        /// Jobs to run.
+        jobs: usize,
+        /// Those of them that go on from a checkpoint.
+        resumed: usize,
+        /// Worker threads.
+        threads: usize,
+    },
+    /// Where the round stands, so long after it began; told about ten times a second.
+    Progress(&'a Progress, Duration),
+    /// The round is over, everything is committed.
+    RoundEnds(&'a Progress, Duration),
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RunReport {
+    /// Every job of the campaign has a result or has failed.
+    Complete {
+        /// Jobs with a result, of this run and of earlier ones.
+        done: u64,
+        /// Jobs that failed.
+        failed: u64,
+    },
+    /// The run stopped before that. Whoever calls [`run`] again goes on.
+    Stopped {
+        /// Why.
+        reason: StopReason,
+        /// Jobs that this run brought to an end.
+        ended: u64,
+        /// Jobs that were under way.
+        paused: Paused,
+    },
+}
+
+impl RunReport {
+    fn complete(plan: &Plan) -> Self {
+        let counts = || plan.blocks.iter().map(|block| block.counts);
+        Self::Complete {
+            done: counts().map(|counts| counts.done).sum(),
+            failed: counts().map(|counts| counts.failed).sum(),
+        }
+    }
+}
+
+/// Runs what the store in `dir` does not hold yet of a campaign, round after round, and tells `watch` how it goes.
+///
+/// The store is created if there is none. It is not opened for writing if nothing is left to do.
+///
+/// # Errors
+/// [`RunError`]; what was committed stays.
+pub fn run(
+    campaign: &Campaign,
+    dir: &Path,
+    options: &Options,
+    mut watch: impl FnMut(Event<'_>),
+) -> Result<RunReport, RunError> {
+    let (mut rounds, mut ended, mut retry) = (0, 0, options.retry);
+    loop {
+        let (round, plan) = left_to_do(campaign, dir)?;
+        let complete = match rounds {
+            0 => retry == Retry::Nothing && plan.jobs.is_empty() && running(&plan) == 0,
+            _ => plan.jobs.is_empty() || !grows(campaign),
+        };
+        if complete {
+            return Ok(RunReport::complete(&plan));
+        }
+        let report = run_round(&round, dir, options, retry, rounds, &mut watch)?;
+        ended += report.progress.ended;
+        if let Some(reason) = report.stopped {
+            return Ok(RunReport::Stopped { reason, ended, paused: report.paused });
+        }
+        (rounds, retry) = (rounds + 1, Retry::Nothing);
+    }
+}
+
+/// What [`run`] would do now, with the time that it would take on this machine; writes nothing.
+///
+/// # Errors
+/// What reading the store reports.
+pub fn plan(campaign: &Campaign, dir: &Path) -> Result<Plan, StoreError> {
+    let round = current_round(campaign, dir)?;
+    planned(&round, dir, &machine_speed::measure(best_instruction_set()))
+}
+
+/// Opens the store for one round; it is closed, and its lock released, when the round is over.
+fn run_round(
+    campaign: &Campaign,
+    dir: &Path,
+    options: &Options,
+    retry: Retry,
+    rounds_before: usize,
+    watch: &mut dyn FnMut(Event<'_>),
+) -> Result<RoundReport, RunError> {
+    let mut store = Store::open(dir)?;
+    match retry {
+        Retry::Nothing => 0,
+        Retry::Only(class) => store.retry(Some(class))?,
+        Retry::All => store.retry(None)?,
+    };
+    let instruction_set = best_instruction_set();
+    let points: Vec<_> = PlannedPoint::all(campaign).collect();
+    let registered = store.register(&CampaignRecord { name: &campaign.name, text: &campaign.text }, &points)?;
+    let Plan { jobs, .. } = planned(campaign, dir, &machine_speed::measure(instruction_set))?;
+    begin_run(&mut store, registered.campaign, instruction_set)?;
+    let unfinished = store.folders().unfinished();
+    watch(Event::RoundBegins {
+        rounds_before,
+        campaign: &campaign.name,
+        jobs: jobs.len(),
+        resumed: jobs.iter().filter(|job| unfinished.contains(&job.id)).count(),
+        threads: options.workers(jobs.len()),
+    });
+    let mut tell = |progress: &Progress, elapsed| watch(Event::Progress(progress, elapsed));
+    let report = executor::run(&jobs, store, options, instruction_set, &mut tell)?;
+    watch(Event::RoundEnds(&report.progress, report.elapsed));
+    Ok(report)
+}
+
+/// Records which program runs on which processor.
+fn begin_run(store: &mut Store, campaign: i64, instruction_set: InstructionSet) -> Result<(), StoreError> {
+    store.begin_run(&Provenance {
+        program_version: env!("CARGO_PKG_VERSION"),
+        git_commit: env!("MENISCUS_COMMIT"),
+        rustc: env!("MENISCUS_RUSTC"),
+        cpu_features: &format!("{instruction_set:?}"),
+        campaign,
+    })?;
+    Ok(())
+}
+
+/// The round that is under way, and what of it is still to be done; no time is estimated. All of it is to be done where
+/// the store is missing, or of an older schema, which the round will migrate.
+fn left_to_do<'a>(campaign: &'a Campaign, dir: &Path) -> Result<(Cow<'a, Campaign>, Plan), StoreError> {
+    let round = current_round(campaign, dir)?;
+    let plan = match readable(dir)? {
+        Some(_) => planned(&round, dir, &Speed::default())?,
+        None => plan::plan(&round, &KnownJobs::default(), &Speed::default()),
+    };
+    Ok((round, plan))
+}
+
+/// What a round still has to do by what the store says now.
+fn planned(round: &Campaign, dir: &Path, speed: &Speed) -> Result<Plan, StoreError> {
+    Ok(plan::plan(round, &KnownJobs::new(job_states(dir)?), speed))
+}
+
+/// The campaign with the seeds that its intervals ask for now; the campaign itself if no block says `until`, or if there
+/// is no store that can be read.
+fn current_round<'a>(campaign: &'a Campaign, dir: &Path) -> Result<Cow<'a, Campaign>, StoreError> {
+    if !grows(campaign) {
+        return Ok(Cow::Borrowed(campaign));
+    }
+    let Some(conn) = readable(dir)? else { return Ok(Cow::Borrowed(campaign)) };
+    Ok(Cow::Owned(grown(campaign, &Evidence::new(point_runs(&conn)?, job_states(dir)?))))
+}
+
+/// Whether there may be more than one round.
+fn grows(campaign: &Campaign) -> bool {
+    campaign.blocks.iter().any(|block| block.until.is_some())
+}
+
+/// Jobs that another process has under way, or that a dead process left so.
+fn running(plan: &Plan) -> u64 {
+    plan.blocks.iter().map(|block| block.counts.running).sum()
+}
+
+/// The store in `dir`, if there is one of the present schema.
+fn readable(dir: &Path) -> Result<Option<Connection>, StoreError> {
+    match open_reading(dir) {
+        Err(StoreError::Older { .. }) => Ok(None),
+        other => other,
+    }
+}
