@@ -1,9 +1,9 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, Stopped};
+use crate::cli::effort::{Effort, tell_stopped};
 use crate::cli::progress::Display;
-use crate::cli::talk::{print, typed};
+use crate::cli::talk::{print, typed, write_file};
 use crate::cli::{CommandResult, Exit};
 use crate::execute::{self, RunReport};
 use crate::parameters::{JobId, PointId};
@@ -69,15 +69,15 @@ impl Arguments {
         let mut display = Display::new(&dir, quiet);
         let report = execute::run(&campaign, &dir, &options, |event| display.show(event))?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
-        print(&text(&accuracy))?;
+        print(text(&accuracy))?;
         match report {
             RunReport::Complete { .. } => {
                 self.write(&campaign, &dir, &accuracy)?;
                 Ok(Exit::Done)
             }
-            RunReport::Stopped { reason, ended, paused } => {
+            RunReport::Stopped(stopped) => {
                 let again = format!("{}{}", self.command(), self.effort.again());
-                Stopped { reason, ended, paused }.tell(&dir, quiet, &again, None)
+                tell_stopped(&stopped, &dir, quiet, &again, None)
             }
         }
     }
@@ -97,25 +97,21 @@ impl Arguments {
             let picture = file.with_extension("svg").file_name().unwrap_or_default().to_string_lossy().into_owned();
             let command = format!("{} --markdown {}", self.command(), typed(file));
             let origin = Origin { campaign: campaign.name.clone(), measured: measured(dir)?, command, picture };
-            write_file(file, page(accuracy, &origin).as_bytes())?;
+            write_file(file, page(accuracy, &origin))?;
         }
         for path in &plots {
             match picture_kind(path) {
-                Some("png") => write_file(path, &raster::png(&svg, ZOOM)?)?,
-                _ => write_file(path, svg.as_bytes())?,
+                Some("png") => write_file(path, raster::png(&svg, ZOOM)?)?,
+                _ => write_file(path, &svg)?,
             }
         }
         if let Some(path) = &self.record {
             let table = toml::to_string(&accuracy.table(measured(dir)?))?;
             let head = "# The settings that `tolerance` chooses among; written by `meniscus accuracy --record`.\n\n";
-            write_file(path, (head.to_owned() + &table).as_bytes())?;
+            write_file(path, head.to_owned() + &table)?;
         }
         Ok(())
     }
-}
-
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    std::fs::write(path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
 fn picture_kind(path: &Path) -> Option<&'static str> {

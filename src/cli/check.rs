@@ -21,7 +21,7 @@ impl Arguments {
     pub(super) fn run(&self, quiet: bool) -> CommandResult {
         let dir = store_here(self.store.as_deref())?;
         let report = if self.repair { repair(&dir)? } else { check(&dir)? };
-        print(&described(&report))?;
+        print(described(&report))?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
         notes.iter().for_each(|note| eprintln!("note: {note}"));
         if !quiet {

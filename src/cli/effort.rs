@@ -3,7 +3,7 @@
 use crate::cli::deadline::Deadline;
 use crate::cli::talk::typed;
 use crate::cli::{CommandResult, Exit, store_of};
-use crate::execute::{Options, Paused, StopReason, set_by_signals};
+use crate::execute::{Options, Paused, StopReason, Stopped, set_by_signals};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -51,46 +51,43 @@ impl Effort {
     }
 }
 
-/// A run that stopped before the campaign was complete.
-pub(super) struct Stopped {
-    /// Why.
-    pub(super) reason: StopReason,
-    /// Jobs that it brought to an end.
-    pub(super) ended: u64,
-    /// Jobs that were under way.
-    pub(super) paused: Paused,
+/// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that tries
+/// failures of a class again. Prints no tables: somebody waits for the end.
+pub(super) fn tell_stopped(
+    stopped: &Stopped,
+    dir: &Path,
+    quiet: bool,
+    again: &str,
+    retry: Option<&str>,
+) -> CommandResult {
+    let (kept, dir) = (kept(stopped), typed(dir));
+    let (why, exit) = match stopped.reason {
+        StopReason::Interrupted => ("interrupted", Exit::Interrupted),
+        StopReason::Deadline => ("the deadline came", Exit::Done),
+        StopReason::Breaker { class, failures } => {
+            let class = class.name();
+            let retry = retry.map_or_else(String::new, |retry| format!("\n  try them again: {retry} {class}"));
+            return Err(format!(
+                "stopped, for {failures} jobs, most of them, failed alike ({class}); {kept}.\n  \
+                 look: meniscus query {dir} \"select job_id, error, dump from failures limit 5\"\n  \
+                 see one fail: meniscus replay {dir}/DUMP{retry}"
+            )
+            .into());
+        }
+        StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
+    };
+    if !quiet {
+        eprintln!("{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {dir}");
+    }
+    Ok(exit)
 }
 
-impl Stopped {
-    /// Says why, what is saved, and which command goes on; `retry`, if there is one, is the command that tries failures of a
-    /// class again. Prints no tables: somebody waits for the end.
-    pub(super) fn tell(&self, dir: &Path, quiet: bool, again: &str, retry: Option<&str>) -> CommandResult {
-        let (kept, dir) = (self.kept(), typed(dir));
-        let (why, exit) = match self.reason {
-            StopReason::Interrupted => ("interrupted", Exit::Interrupted),
-            StopReason::Deadline => ("the deadline came", Exit::Done),
-            StopReason::Breaker { class, failures } => {
-                let class = class.name();
-                let retry = retry.map_or_else(String::new, |retry| format!("\n  try them again: {retry} {class}"));
-                return Err(format!(
-                    "stopped, for {failures} jobs, most of them, failed alike ({class}); {kept}.\n  \
-                     look: meniscus query {dir} \"select job_id, error, dump from failures limit 5\"\n  \
-                     see one fail: meniscus replay {dir}/DUMP{retry}"
-                )
-                .into());
-            }
-            StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
-        };
-        if !quiet {
-            eprintln!("{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {dir}");
-        }
-        Ok(exit)
-    }
-
-    fn kept(&self) -> String {
-        let (ended, Paused { saved, unsaved }) = (self.ended, self.paused);
-        let lost =
-            if unsaved > 0 { format!(", {unsaved} had just begun or could not be saved") } else { String::new() };
-        format!("{ended} trajectories of this run are finished and in the store, {saved} under way are saved{lost}")
-    }
+/// What is in the store of the work that a run began.
+fn kept(stopped: &Stopped) -> String {
+    let (ended, Paused { saved, unsaved }) = (stopped.ended, stopped.paused);
+    let lost = match unsaved {
+        0 => String::new(),
+        _ => format!(", {unsaved} had just begun or could not be saved"),
+    };
+    format!("{ended} trajectories of this run are finished and in the store, {saved} under way are saved{lost}")
 }

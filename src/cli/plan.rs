@@ -24,7 +24,7 @@ impl Arguments {
     pub(super) fn run(&self) -> CommandResult {
         let campaign = Campaign::load(&self.campaign)?;
         let plan = execute::plan(&campaign, &store_of(self.store.as_deref(), &campaign.name))?;
-        print(&plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from)))?;
+        print(plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from)))?;
         Ok(Exit::Done)
     }
 }

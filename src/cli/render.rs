@@ -1,6 +1,6 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::talk::{print, typed};
+use crate::cli::talk::{print, typed, write_file};
 use crate::cli::{CommandResult, Exit};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
@@ -63,10 +63,10 @@ impl Arguments {
         });
         let bytes = self.draw(id, kind_of(self.format, &file)?)?;
         if file.as_os_str() == "-" {
-            std::io::Write::write_all(&mut std::io::stdout().lock(), &bytes)?;
+            print(&bytes)?;
             return Ok(Exit::Done);
         }
-        std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+        write_file(&file, &bytes)?;
         if !quiet {
             eprintln!("wrote {}", file.display());
         }
@@ -77,7 +77,7 @@ impl Arguments {
     fn list(&self) -> CommandResult {
         let mut table = Vec::new();
         store::query(&self.store, EXAMPLES, Format::Table, &mut table)?;
-        print(&String::from_utf8_lossy(&table))?;
+        print(&table)?;
         eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
         Ok(Exit::Done)
     }

@@ -2,7 +2,7 @@
 
 use crate::campaign::durations;
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, Stopped};
+use crate::cli::effort::{Effort, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, typed};
 use crate::cli::{CommandResult, Exit, fit};
@@ -40,10 +40,10 @@ impl Arguments {
         let mut display = Display::new(&dir, quiet);
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),
-            RunReport::Stopped { reason, ended, paused } => {
+            RunReport::Stopped(stopped) => {
                 let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
                 let retry = format!("{again} --retry");
-                return Stopped { reason, ended, paused }.tell(&dir, quiet, &again, Some(&retry));
+                return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
             }
         };
         let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();

@@ -1,4 +1,4 @@
-//! What the program says: data to stdout, everything else to stderr.
+//! What the program says: data to stdout or to a file, everything else to stderr.
 
 use crate::campaign::file::CampaignErrors;
 use crate::cli::calibrate::BadFrames;
@@ -48,12 +48,17 @@ fn colour() -> bool {
 }
 
 /// Writes data to stdout; a reader that closes the pipe early has seen enough.
-pub(super) fn print(text: &str) -> std::io::Result<()> {
+pub(super) fn print(data: impl AsRef<[u8]>) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(data.as_ref()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written,
     }
+}
+
+/// Writes data to a file; an error names it.
+pub(super) fn write_file(path: &Path, data: impl AsRef<[u8]>) -> Result<(), String> {
+    std::fs::write(path, data).map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
 /// A path as one types it in a shell: in quotes if it needs them.

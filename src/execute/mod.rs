@@ -61,6 +61,6 @@ mod worker;
 
 pub use executor::RunError;
 pub use options::{Options, Retry};
-pub use run::{Event, RunReport, plan, run};
+pub use run::{Event, RunReport, Stopped, plan, run};
 pub use schedule::{Paused, Progress, StopReason};
 pub use signals::set_by_signals;

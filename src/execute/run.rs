@@ -46,15 +46,19 @@ pub enum RunReport {
         /// Jobs that failed.
         failed: u64,
     },
-    /// The run stopped before that. Whoever calls [`run`] again goes on.
-    Stopped {
-        /// Why.
-        reason: StopReason,
-        /// Jobs that this run brought to an end.
-        ended: u64,
-        /// Jobs that were under way.
-        paused: Paused,
-    },
+    /// The run stopped before that; another call of [`run`] goes on.
+    Stopped(Stopped),
+}
+
+/// A run that stopped before its campaign was complete.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stopped {
+    /// Why.
+    pub reason: StopReason,
+    /// Jobs that this run brought to an end.
+    pub ended: u64,
+    /// Jobs that were under way.
+    pub paused: Paused,
 }
 
 impl RunReport {
@@ -92,7 +96,7 @@ pub fn run(
         let report = run_round(&round, dir, options, retry, rounds, &mut watch)?;
         ended += report.progress.ended;
         if let Some(reason) = report.stopped {
-            return Ok(RunReport::Stopped { reason, ended, paused: report.paused });
+            return Ok(RunReport::Stopped(Stopped { reason, ended, paused: report.paused }));
         }
         (rounds, retry) = (rounds + 1, Retry::Nothing);
     }

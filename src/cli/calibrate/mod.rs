@@ -104,7 +104,7 @@ impl Arguments {
         let names = sheet::names(&sheets);
         let weighed = trials.iter().flat_map(|trial| &trial.frames).any(|frame| frame.v_g_error != 1.0);
         let counted: Vec<_> = names.iter().cloned().zip(trials.iter().map(|trial| trial.frames.len())).collect();
-        print(&calibration::table(&found, &counted, weighed))?;
+        print(calibration::table(&found, &counted, weighed))?;
         let mut fits = found.fits.iter().zip(&names);
         for sheet in &sheets {
             let own: Vec<_> = fits.by_ref().take(sheet.trials.len()).collect();
