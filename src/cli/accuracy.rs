@@ -26,13 +26,14 @@ const ZOOM: f32 = 2.0;
 /// Arguments of `accuracy`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Runs one scene after another over N_v, dt, integrator, kappa, eps, wall stiffness and threshold, each varied alone, and shows errors, observed
-orders, time per t0, and the front of error against time. The runs are a campaign like any other: stop it, type it again and it goes on; a second call
-computes nothing. Times are those of the runs in the store: to measure them anew, remove it.
+Runs one scene after another over N_v, dt, integrator, kappa, eps, wall stiffness and threshold, each varied alone, and
+shows errors, observed orders, time per t0, and the front of error against time. The runs are a campaign like any other:
+stop it, type it again and it goes on; a second call computes nothing. Times are those of the runs in the store: to
+measure them anew, remove it.
 
-`tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most that. The error is the largest
-relative error of the headline observables: A_max - 1 and transit time in channels, <v_g> in arrays of gaps as wide as a droplet, lambda in
-narrower ones. --record writes the table it reads.")]
+`tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most
+that. The error is the largest relative error of the headline observables: A_max - 1 and transit time in channels, <v_g>
+in arrays of gaps as wide as a droplet, lambda in narrower ones. --record writes the table that `tolerance` reads.")]
 pub(super) struct Arguments {
     /// Another campaign, its blocks named SCENE.KNOB as those of campaigns/accuracy.toml are
     campaign: Option<PathBuf>,

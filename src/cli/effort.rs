@@ -27,7 +27,8 @@ impl Effort {
         store_of(self.store.as_deref(), campaign)
     }
 
-    /// How to run, counting the time from now on. From here on the first signal stops the run, and the second the program.
+    /// How to run, counting the time from now on. From here on the first signal stops the run, and the second the
+    /// program.
     pub(super) fn options(&self) -> std::io::Result<Options> {
         let options = Options::default();
         Ok(Options {
@@ -51,8 +52,8 @@ impl Effort {
     }
 }
 
-/// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that tries
-/// failures of a class again. Prints no tables: somebody waits for the end.
+/// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that
+/// tries failures of a class again. Prints no tables: somebody waits for the end.
 pub(super) fn tell_stopped(
     stopped: &Stopped,
     dir: &Path,

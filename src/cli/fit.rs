@@ -24,7 +24,8 @@ impl Arguments {
     }
 }
 
-/// Fits every point of the store in `dir`, saves the fits there, and returns the tables of those points that are `wanted`.
+/// Fits every point of the store in `dir`, saves the fits there, and returns the tables of those points that are
+/// `wanted`.
 pub(super) fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
     if crate::store::open_reading(dir)?.is_none() {
         return Err(crate::store::StoreError::Missing(dir.to_owned()).into());

@@ -1,5 +1,5 @@
-//! The command line: arguments and printing, nothing else. Each subcommand has a file of its name; it reads its arguments,
-//! calls the library, and prints data to stdout and everything else to stderr.
+//! The command line: arguments and printing, nothing else. Each subcommand has a file of its name; it reads its
+//! arguments, calls the library, and prints data to stdout and everything else to stderr.
 
 mod accuracy;
 mod calibrate;

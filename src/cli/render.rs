@@ -93,8 +93,8 @@ impl Arguments {
         };
         if kind == Kind::Gif && outlines.len() < 2 {
             return Err(format!(
-                "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
-                 and run it again; one picture: meniscus render {} {id} -o {id}.png",
+                "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in \
+                 the campaign and run it again; one picture: meniscus render {} {id} -o {id}.png",
                 typed(&self.store)
             )
             .into());

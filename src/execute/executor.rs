@@ -1,8 +1,8 @@
 //! One round: runs the jobs of a plan on worker threads and hands every outcome to the store's writer.
 //!
 //! Workers take jobs from one list, longest expected first, so that no straggler is left to the end. The calling thread
-//! computes nothing: it watches signals, the deadline and failures, and tells the caller how it goes. [`schedule`] decides;
-//! this file acts on it.
+//! computes nothing: it watches signals, the deadline and failures, and tells the caller how it goes. [`schedule`]
+//! decides; this file acts on it.
 //!
 //! [`schedule`]: crate::execute::schedule
 
@@ -53,8 +53,8 @@ pub enum RunError {
 
 /// Runs all `jobs`, in their order, and calls `watch` now and then with the progress and the time since the start.
 ///
-/// A job that fails or panics becomes a row and does not stop the others. Returns early, with everything finished so far
-/// committed, when [`Progress::stop`] says so.
+/// A job that fails or panics becomes a row and does not stop the others. Returns early, with everything finished so
+/// far committed, when [`Progress::stop`] says so.
 ///
 /// # Errors
 /// [`RunError`].
@@ -104,22 +104,22 @@ fn watch_over(
     let mut report = RoundReport { progress, elapsed: Duration::ZERO, stopped: None, paused: Paused::default() };
     let mut next_look = begin + TICK;
     loop {
-        match heard.recv_timeout(TICK) {
-            Ok(note) => report.hear(note),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => break,
-        }
         let now = Instant::now();
-        if now >= next_look {
-            next_look = now + TICK;
-            watch(&report.progress, now - begin);
-        }
         if report.stopped.is_none() {
             let interrupted = options.interrupted.load(Ordering::Relaxed);
             report.stopped = report.progress.stop(now, options.deadline, interrupted);
         }
         if report.stopped.is_some() {
             stop.store(true, Ordering::Relaxed);
+        }
+        if now >= next_look {
+            next_look = now + TICK;
+            watch(&report.progress, now - begin);
+        }
+        match heard.recv_timeout(TICK) {
+            Ok(note) => report.hear(note),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
         }
     }
     report.elapsed = begin.elapsed();

@@ -65,7 +65,7 @@ impl Keeping {
                 tracing::warn!(%job, problem, kept = %to.display(), "a checkpoint is of no use, the job begins anew");
             }
             Err(error) => {
-                tracing::warn!(%job, problem, %error, "a checkpoint is of no use and cannot be moved, the job begins anew");
+                tracing::warn!(%job, problem, %error, "a checkpoint is of no use and stays where it is, the job begins anew");
             }
         }
     }
@@ -75,7 +75,8 @@ impl Keeping {
         checkpoint_file::write(&self.folders.checkpoints(), id, &saved.encode()).map(drop)
     }
 
-    /// Writes the file from which `meniscus replay` shows a failure again: where the job was last saved, or its beginning.
+    /// Writes the file from which `meniscus replay` shows a failure again: where the job was last saved, or its
+    /// beginning.
     pub(super) fn dump(&self, planned: &PlannedJob, failure: &Failure, wall_s: f64) {
         let checkpoint = checkpoint_file::path_of(&self.folders.checkpoints(), planned.id);
         let last = checkpoint_file::read(&checkpoint).ok().and_then(|payload| Saved::decode(&payload.state));

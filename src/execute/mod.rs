@@ -1,8 +1,8 @@
 //! The whole of a run: what a campaign still needs is computed on all cores, round after round, and kept in a store.
 //!
-//! [`run`] does that. It opens the store, plans what is missing, hands the jobs to worker threads, commits every outcome,
-//! saves what is under way when it is told to stop, and starts another round of seeds where an interval is still too wide.
-//! It prints nothing: a callback hears how it goes, and the report says how it ended.
+//! [`run`] does that. It opens the store, plans what is missing, hands the jobs to worker threads, commits every
+//! outcome, saves what is under way when it is told to stop, and starts another round of seeds where an interval is
+//! still too wide. It prints nothing: a callback hears how it goes, and the report says how it ended.
 //!
 //! ```
 //! use meniscus::{campaign::file::Campaign, execute, store};
@@ -31,7 +31,8 @@
 //! ```
 //!
 //! This layer knows every layer below it, but neither reports nor the command line. What is decided stands in pure
-//! functions that are given the time and the results (`schedule`, `rounds`); the other files act on it. Read `run` first.
+//! functions that take the time and the results as arguments (`schedule`, `rounds`); the other files act on it. Read
+//! `run` first.
 //!
 //! | file | idea |
 //! |---|---|

@@ -1,9 +1,9 @@
 //! Seeds are added in rounds until an interval is narrow enough.
 //!
-//! A block with `until` begins with `runs_per_point` seeds at each point. When all of them have ended, a point whose 95%
-//! interval is wider than asked for doubles its seeds, up to `max_runs`. The stored results of the point's own round alone
-//! decide that, so the seeds that are run depend neither on timing nor on threads nor on interruptions: whoever asks again,
-//! in any state of the store, gets the round that is under way, or the next.
+//! A block with `until` begins with `runs_per_point` seeds at each point. When all of them have ended, a point whose
+//! 95% interval is wider than asked for doubles its seeds, up to `max_runs`. The stored results of the point's own
+//! round alone decide that, so the seeds that are run depend neither on timing nor on threads nor on interruptions:
+//! whoever asks again, in any state of the store, gets the round that is under way, or the next.
 
 use crate::campaign::file::{Block, Campaign, Estimate, Until};
 use crate::parameters::{Job, JobId, JobState, Point, PointId};

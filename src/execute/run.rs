@@ -173,8 +173,8 @@ fn planned(round: &Campaign, dir: &Path, speed: &Speed) -> Result<Plan, StoreErr
     Ok(plan::plan(round, &KnownJobs::new(job_states(dir)?), speed))
 }
 
-/// The campaign with the seeds that its intervals ask for now; the campaign itself if no block says `until`, or if there
-/// is no store that can be read.
+/// The campaign with the seeds that its intervals ask for now; the campaign itself if no block says `until`, or if
+/// there is no store that can be read.
 fn current_round<'a>(campaign: &'a Campaign, dir: &Path) -> Result<Cow<'a, Campaign>, StoreError> {
     if !grows(campaign) {
         return Ok(Cow::Borrowed(campaign));
@@ -198,5 +198,47 @@ fn readable(dir: &Path) -> Result<Option<Connection>, StoreError> {
     match open_reading(dir) {
         Err(StoreError::Older { .. }) => Ok(None),
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::Ordering;
+
+    const CAMPAIGN: &str = r#"
+        name = "two"
+        model = "SP"
+        scene = "obstacles"
+        w_ob = 0.2
+        sigma_ob = 0.3
+        density = 0.7
+        box_size = 20.0
+        e_w = 1.0
+        runs_per_point = 2
+        limits.t_max = 20.0
+    "#;
+
+    #[test]
+    fn a_caller_stops_a_run_and_the_next_one_completes_it_on_as_many_threads_as_jobs() {
+        let campaign = Campaign::parse("two.toml", CAMPAIGN).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let options = Options { threads: 64, ..Options::default() };
+        options.interrupted.store(true, Ordering::Relaxed);
+        let report = run(&campaign, folder.path(), &options, |_| ()).unwrap();
+        assert!(matches!(report, RunReport::Stopped(Stopped { reason: StopReason::Interrupted, .. })), "{report:?}");
+
+        options.interrupted.store(false, Ordering::Relaxed);
+        let mut begun = Vec::new();
+        let watch = |event: Event<'_>| {
+            if let Event::RoundBegins { rounds_before, jobs, threads, .. } = event {
+                begun.push((rounds_before, jobs == threads));
+            }
+        };
+        let complete = RunReport::Complete { done: 2, failed: 0 };
+        assert_eq!(run(&campaign, folder.path(), &options, watch).unwrap(), complete);
+        assert!(begun.iter().all(|&round| round == (0, true)), "{begun:?}");
+        let nothing = |event: Event<'_>| panic!("nothing is left to do: {event:?}");
+        assert_eq!(run(&campaign, folder.path(), &options, nothing).unwrap(), complete);
     }
 }

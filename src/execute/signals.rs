@@ -5,8 +5,8 @@ use signal_hook::flag;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A flag for [`Options::interrupted`](crate::execute::Options::interrupted) that SIGINT and SIGTERM set. A second signal
-/// ends the process at once, with `exit_code`.
+/// A flag for [`Options::interrupted`](crate::execute::Options::interrupted) that SIGINT and SIGTERM set. A second
+/// signal ends the process at once, with `exit_code`.
 ///
 /// # Errors
 /// If the system takes no signal handlers.

@@ -67,8 +67,8 @@ impl Work<'_> {
         Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s }))
     }
 
-    /// Computes a job from its checkpoint, or from its beginning, and measures the wall time spent on it so far. Leaves a
-    /// checkpoint if it is told to stop, and a dump if the job fails.
+    /// Computes a job from its checkpoint, or from its beginning, and measures the wall time spent on it so far. Leaves
+    /// a checkpoint if it is told to stop, and a dump if the job fails.
     fn compute(&self, planned: &PlannedJob) -> (Computed, f64) {
         let mut last = self.keeping.load(planned);
         loop {

@@ -29,9 +29,10 @@ Example, a droplet filmed twice on its way through an orifice of 0.7 diameters:
 
   meniscus calibrate monday.csv tuesday.csv --w 0.7 --v-t 0.032
 
-Beside each file FRAMES.csv it writes FRAMES.fit.csv (the simulated speed and shape at each frame) and the plots FRAMES.fit.svg
-and .png. Give v_g_error if you can: slow frames, where the droplet squeezes through, then count as they should. At 256 vertices a fit
-takes ten minutes or so on two cores; fewer --n-vertices are faster, but may stay stuck where a droplet barely passes.";
+Beside each file FRAMES.csv it writes FRAMES.fit.csv (the simulated speed and shape at each frame) and the plots
+FRAMES.fit.svg and .png. Give v_g_error if you can: slow frames, where the droplet squeezes through, then count as they
+should. At 256 vertices a fit takes ten minutes or so on two cores; fewer --n-vertices are faster, but may stay stuck
+where a droplet barely passes.";
 
 /// Arguments of `calibrate`.
 #[derive(Debug, clap::Args)]
