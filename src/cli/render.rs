@@ -9,6 +9,7 @@ use crate::report::droplet::{Picture, View};
 use crate::report::raster::png;
 use crate::report::surroundings::Surroundings;
 use crate::store::{self, Format, JobStory, StoredJob};
+use clap::ValueEnum;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -37,7 +38,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// svg, png or gif [default: by the file's name]
-    #[arg(long, value_name = "FORMAT", value_parser = parse_kind)]
+    #[arg(long, value_name = "FORMAT", ignore_case = true)]
     format: Option<Kind>,
     /// Show the whole path, not the droplet's neighbourhood
     #[arg(long)]
@@ -45,7 +46,7 @@ pub(super) struct Arguments {
 }
 
 /// Kinds of picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Kind {
     Svg,
     Png,
@@ -150,18 +151,10 @@ fn kind_of(asked: Option<Kind>, file: &Path) -> Result<Kind, String> {
     if let Some(kind) = asked {
         return Ok(kind);
     }
-    match file.extension().and_then(|extension| extension.to_str()) {
+    match file.extension().map(|extension| extension.to_string_lossy()) {
         None if file.as_os_str() == "-" => Ok(Kind::Svg),
-        Some(extension) => parse_kind(extension),
+        Some(extension) => Kind::from_str(&extension, true)
+            .map_err(|_| format!("`{extension}` is not a kind of picture: choose svg, png or gif")),
         None => Err(format!("{}: name it .svg, .png or .gif, or give --format", file.display())),
-    }
-}
-
-fn parse_kind(name: &str) -> Result<Kind, String> {
-    match name.to_ascii_lowercase().as_str() {
-        "svg" => Ok(Kind::Svg),
-        "png" => Ok(Kind::Png),
-        "gif" => Ok(Kind::Gif),
-        _ => Err(format!("`{name}` is not a kind of picture: choose svg, png or gif")),
     }
 }

@@ -1,7 +1,7 @@
 //! A campaign from what its store holds to its end, round after round.
 
 use crate::campaign::file::Campaign;
-use crate::campaign::plan::{self, KnownJobs, Plan, Speed};
+use crate::campaign::plan::{self, Counts, KnownJobs, Plan, Speed};
 use crate::execute::executor::{self, RoundReport, RunError};
 use crate::execute::machine_speed;
 use crate::execute::options::{Options, Retry};
@@ -62,12 +62,11 @@ pub struct Stopped {
 }
 
 impl RunReport {
-    fn complete(plan: &Plan) -> Self {
-        let counts = || plan.blocks.iter().map(|block| block.counts);
-        Self::Complete {
-            done: counts().map(|counts| counts.done).sum(),
-            failed: counts().map(|counts| counts.failed).sum(),
-        }
+    /// The report where nothing is left to do; `None` where something is, or where a dead process left jobs `running`.
+    fn complete(plan: &Plan) -> Option<Self> {
+        let sum = |count: fn(&Counts) -> u64| -> u64 { plan.blocks.iter().map(|block| count(&block.counts)).sum() };
+        let complete = plan.jobs.is_empty() && sum(|counts| counts.running) == 0;
+        complete.then(|| Self::Complete { done: sum(|counts| counts.done), failed: sum(|counts| counts.failed) })
     }
 }
 
@@ -85,13 +84,13 @@ pub fn run(
 ) -> Result<RunReport, RunError> {
     let (mut rounds, mut ended, mut retry) = (0, 0, options.retry);
     loop {
-        let (round, plan) = left_to_do(campaign, dir)?;
-        let complete = match rounds {
-            0 => retry == Retry::Nothing && plan.jobs.is_empty() && running(&plan) == 0,
-            _ => plan.jobs.is_empty() || !grows(campaign),
-        };
-        if complete {
-            return Ok(RunReport::complete(&plan));
+        let round = current_round(campaign, dir)?;
+        // Where the store is missing, or is to be migrated first, there is something to do.
+        if retry == Retry::Nothing && readable(dir)?.is_some() {
+            // No time is estimated.
+            if let Some(report) = RunReport::complete(&planned(&round, dir, &Speed::default())?) {
+                return Ok(report);
+            }
         }
         let report = run_round(&round, dir, options, retry, rounds, &mut watch)?;
         ended += report.progress.ended;
@@ -157,17 +156,6 @@ fn begin_run(store: &mut Store, campaign: i64, instruction_set: InstructionSet) 
     Ok(())
 }
 
-/// The round that is under way, and what of it is still to be done; no time is estimated. All of it is to be done where
-/// the store is missing, or of an older schema, which the round will migrate.
-fn left_to_do<'a>(campaign: &'a Campaign, dir: &Path) -> Result<(Cow<'a, Campaign>, Plan), StoreError> {
-    let round = current_round(campaign, dir)?;
-    let plan = match readable(dir)? {
-        Some(_) => planned(&round, dir, &Speed::default())?,
-        None => plan::plan(&round, &KnownJobs::default(), &Speed::default()),
-    };
-    Ok((round, plan))
-}
-
 /// What a round still has to do by what the store says now.
 fn planned(round: &Campaign, dir: &Path, speed: &Speed) -> Result<Plan, StoreError> {
     Ok(plan::plan(round, &KnownJobs::new(job_states(dir)?), speed))
@@ -176,21 +164,11 @@ fn planned(round: &Campaign, dir: &Path, speed: &Speed) -> Result<Plan, StoreErr
 /// The campaign with the seeds that its intervals ask for now; the campaign itself if no block says `until`, or if
 /// there is no store that can be read.
 fn current_round<'a>(campaign: &'a Campaign, dir: &Path) -> Result<Cow<'a, Campaign>, StoreError> {
-    if !grows(campaign) {
+    if campaign.blocks.iter().all(|block| block.until.is_none()) {
         return Ok(Cow::Borrowed(campaign));
     }
     let Some(conn) = readable(dir)? else { return Ok(Cow::Borrowed(campaign)) };
     Ok(Cow::Owned(grown(campaign, &Evidence::new(point_runs(&conn)?, job_states(dir)?))))
-}
-
-/// Whether there may be more than one round.
-fn grows(campaign: &Campaign) -> bool {
-    campaign.blocks.iter().any(|block| block.until.is_some())
-}
-
-/// Jobs that another process has under way, or that a dead process left so.
-fn running(plan: &Plan) -> u64 {
-    plan.blocks.iter().map(|block| block.counts.running).sum()
 }
 
 /// The store in `dir`, if there is one of the present schema.
