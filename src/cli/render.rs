@@ -37,7 +37,7 @@ pub(super) struct Arguments {
     /// The file: .svg, .png or .gif; `-` writes SVG to stdout [default: JOB_ID.svg in this folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// svg, png or gif [default: by the file's name]
+    /// Kind of picture [default: by the file's name]
     #[arg(long, value_name = "FORMAT", ignore_case = true)]
     format: Option<Kind>,
     /// Show the whole path, not the droplet's neighbourhood
