@@ -8,7 +8,9 @@
 //! | [`file`] | TOML to a valid campaign, all mistakes at once |
 //! | [`choose`] | which integrator, step and number of vertices a point takes where the file leaves them open |
 //! | [`plan`] | campaign and what a store holds -> jobs, effects, cost |
+//! | `durations` | times as people write and read them, in plans and on the command line |
 
 pub mod choose;
+pub(crate) mod durations;
 pub mod file;
 pub mod plan;

@@ -1,9 +1,11 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
 use crate::campaign::file::Campaign;
-use crate::cli::deadline::Deadline;
-use crate::cli::run::{Effort, shown, threads};
-use crate::cli::{Exit, Outcome, print, store_of};
+use crate::cli::effort::{Effort, tell_stopped};
+use crate::cli::progress::Display;
+use crate::cli::talk::{print, typed, write_file};
+use crate::cli::{CommandResult, Exit};
+use crate::execute::{self, RunReport};
 use crate::parameters::{JobId, PointId};
 use crate::report::accuracy::{Origin, page, text};
 use crate::report::{error_plot, raster};
@@ -13,7 +15,6 @@ use crate::study::accuracy::{self, Accuracy, parts};
 use std::collections::HashMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// The campaigns that come with the program: under ten minutes on two quiet cores, and a night.
 const SHORT: &str = include_str!("../../campaigns/accuracy.toml");
@@ -25,28 +26,22 @@ const ZOOM: f32 = 2.0;
 /// Arguments of `accuracy`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Runs one scene after another over N_v, dt, integrator, kappa, eps, wall stiffness and threshold, each varied alone, and shows errors, observed
-orders, time per t0, and the front of error against time. The runs are a campaign like any other: stop it, type it again and it goes on; a second call
-computes nothing. Times are those of the runs in the store: to measure them anew, remove it.
+Runs one scene after another over N_v, dt, integrator, kappa, eps, wall stiffness and threshold, each varied alone, and
+shows errors, observed orders, time per t0, and the front of error against time. The runs are a campaign like any other:
+stop it, type it again and it goes on; a second call computes nothing. Times are those of the runs in the store: to
+measure them anew, remove it.
 
-`tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most that. The error is the largest
-relative error of the headline observables: A_max - 1 and transit time in channels, <v_g> in arrays of gaps as wide as a droplet, lambda in
-narrower ones. --record writes the table it reads.")]
-pub struct Arguments {
+`tolerance = 0.01` in a campaign file takes the cheapest setting of n_vertices, dt and integrator whose error is at most
+that. The error is the largest relative error of the headline observables: A_max - 1 and transit time in channels, <v_g>
+in arrays of gaps as wide as a droplet, lambda in narrower ones. --record writes the table that `tolerance` reads.")]
+pub(super) struct Arguments {
     /// Another campaign, its blocks named SCENE.KNOB as those of campaigns/accuracy.toml are
     campaign: Option<PathBuf>,
     /// The size for a night: finer rings, more arrays, longer ways
     #[arg(long, conflicts_with = "campaign")]
     full: bool,
-    /// The store [default: NAME.meniscus in this folder]
-    #[arg(long, value_name = "DIR")]
-    store: Option<PathBuf>,
-    /// Worker threads [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Stop after this time (90s, 45m, 8h, 2d), or when the clock next shows it (07:30)
-    #[arg(long, value_name = "TIME", value_parser = Deadline::parse)]
-    deadline: Option<Deadline>,
+    #[command(flatten)]
+    effort: Effort,
     /// Write everything as a Markdown page, its plot as SVG and PNG beside it
     #[arg(long, value_name = "FILE.md")]
     markdown: Option<PathBuf>,
@@ -60,7 +55,8 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self, quiet: bool) -> Outcome {
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
+        let options = self.effort.options()?;
         let campaign = match (&self.campaign, self.full) {
             (Some(path), _) => Campaign::load(path)?,
             (None, true) => Campaign::parse("campaigns/accuracy_full.toml", FULL)?,
@@ -68,35 +64,28 @@ impl Arguments {
         };
         campaign.blocks.iter().try_for_each(|block| parts(&block.name).map(drop))?;
         if let Some(odd) = self.plot.iter().find(|path| picture_kind(path).is_none()) {
-            return Err(format!("{} is no picture that can be written; name it .svg or .png", odd.display()).into());
+            return Err(format!("{} is not a picture that can be written: name it .svg or .png", odd.display()).into());
         }
-        let dir = store_of(self.store.as_deref(), &campaign.name);
-        let effort = Effort {
-            threads: threads(self.threads),
-            deadline: self.deadline.map(Deadline::time_left),
-            checkpoint_every: Duration::from_secs(60),
-            retry: None,
-        };
-        let stopped = effort.execute(&campaign, &dir, quiet)?;
+        let dir = self.effort.store(&campaign.name);
+        let mut display = Display::new(&dir, quiet);
+        let report = execute::run(&campaign, &dir, &options, |event| display.show(event))?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
-        print(&text(&accuracy))?;
-        match stopped {
-            None => {
+        print(text(&accuracy))?;
+        match report {
+            RunReport::Complete { .. } => {
                 self.write(&campaign, &dir, &accuracy)?;
                 Ok(Exit::Done)
             }
-            Some(early) => early.tell(&dir, quiet, &self.again(&dir), None),
+            RunReport::Stopped(stopped) => {
+                let again = format!("{}{}", self.command(), self.effort.again());
+                tell_stopped(&stopped, &dir, quiet, &again, None)
+            }
         }
-    }
-
-    /// The command that goes on.
-    fn again(&self, dir: &Path) -> String {
-        format!("{} --store {}", self.command(), shown(dir))
     }
 
     /// The command, apart from where things are kept.
     fn command(&self) -> String {
-        let campaign = self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", shown(path)));
+        let campaign = self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", typed(path)));
         format!("meniscus accuracy{}{campaign}", if self.full { " --full" } else { "" })
     }
 
@@ -107,27 +96,23 @@ impl Arguments {
         if let Some(file) = &self.markdown {
             plots.extend(["svg", "png"].map(|kind| file.with_extension(kind)));
             let picture = file.with_extension("svg").file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let command = format!("{} --markdown {}", self.command(), file.display());
+            let command = format!("{} --markdown {}", self.command(), typed(file));
             let origin = Origin { campaign: campaign.name.clone(), measured: measured(dir)?, command, picture };
-            write_file(file, page(accuracy, &origin).as_bytes())?;
+            write_file(file, page(accuracy, &origin))?;
         }
         for path in &plots {
             match picture_kind(path) {
-                Some("png") => write_file(path, &raster::png(&svg, ZOOM)?)?,
-                _ => write_file(path, svg.as_bytes())?,
+                Some("png") => write_file(path, raster::png(&svg, ZOOM)?)?,
+                _ => write_file(path, &svg)?,
             }
         }
         if let Some(path) = &self.record {
             let table = toml::to_string(&accuracy.table(measured(dir)?))?;
             let head = "# The settings that `tolerance` chooses among; written by `meniscus accuracy --record`.\n\n";
-            write_file(path, (head.to_owned() + &table).as_bytes())?;
+            write_file(path, head.to_owned() + &table)?;
         }
         Ok(())
     }
-}
-
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    std::fs::write(path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
 fn picture_kind(path: &Path) -> Option<&'static str> {

@@ -1,13 +1,14 @@
-//! `meniscus check [DIR]`: whether a store is what it should be.
+//! `meniscus check [DIR]`: finds what is damaged or missing in a store, and repairs it if asked to.
 
-use crate::cli::{Exit, Outcome, print, store_here};
+use crate::cli::talk::{print, typed};
+use crate::cli::{CommandResult, Exit, store_here};
 use crate::store::{CheckReport, check, repair};
 use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
     /// Move what is broken to quarantine/ and set its jobs back to pending; nothing is removed
@@ -17,15 +18,14 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self, quiet: bool) -> Outcome {
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
         let dir = store_here(self.store.as_deref())?;
         let report = if self.repair { repair(&dir)? } else { check(&dir)? };
-        print(&described(&report))?;
+        print(described(&report))?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
         notes.iter().for_each(|note| eprintln!("note: {note}"));
         if !quiet {
-            // As people type it.
-            let dir = dir.strip_prefix(".").unwrap_or(&dir).display();
+            let dir = typed(&dir);
             match (findings.len(), repaired) {
                 (0, _) => eprintln!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
                 (found, false) => eprintln!("{dir}: {found} found; next: meniscus check {dir} --repair"),
@@ -36,7 +36,7 @@ impl Arguments {
     }
 }
 
-/// What was found, a line each, with what is done about it below.
+/// Two lines per finding: what is wrong with which file, and what is done about it.
 fn described(report: &CheckReport) -> String {
     let mut text = String::new();
     for finding in &report.findings {

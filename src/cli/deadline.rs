@@ -1,35 +1,40 @@
-//! When a run has to end: after a time, or at a time of the day.
+//! When a run has to stop: after a time, or at a time of the day.
 
-use chrono::{Days, Local, NaiveDateTime, NaiveTime, TimeZone};
-use std::time::Duration;
+use crate::campaign::durations;
+use chrono::{DateTime, Days, Local, NaiveDateTime, NaiveTime, TimeZone};
+use std::time::{Duration, Instant};
 
 /// What `--deadline` says.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Deadline {
-    /// So long after the start.
+pub(super) enum Deadline {
+    /// So long after the start of the program.
     After(Duration),
     /// When the clock on the wall next shows this.
     At(NaiveTime),
 }
 
 impl Deadline {
-    /// `90s`, `45m`, `8h`, `2d`, or `07:30`.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    /// Reads `90s`, `45m`, `8h`, `2d`, or `07:30`.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
         let clock = ["%H:%M", "%H:%M:%S"].iter().find_map(|format| NaiveTime::parse_from_str(text, format).ok());
         match clock {
             Some(time) => Ok(Self::At(time)),
-            None => parse_time(text).map(Self::After).map_err(|_| {
-                format!("`{text}` is no deadline: write a number and s, m, h or d, like 8h, or a time like 07:30")
+            None => durations::parse(text).map(Self::After).map_err(|_| {
+                format!("`{text}` is not a deadline: write a number and s, m, h or d, like 8h, or a time like 07:30")
             }),
         }
     }
 
-    /// How long it is until then.
-    pub fn time_left(self) -> Duration {
+    /// The deadline of a run that starts now; `None` if it is too far away to be expressed.
+    pub(super) fn counted_from_now(self) -> Option<Instant> {
+        Instant::now().checked_add(self.time_left(Local::now()))
+    }
+
+    /// How long it is from a time of the clock until then.
+    fn time_left(self, now: DateTime<Local>) -> Duration {
         match self {
             Self::After(time) => time,
             Self::At(time) => {
-                let now = Local::now();
                 let next = next(now.naive_local(), time);
                 // A time that the clock skips in spring is taken as if it did not.
                 let left = Local
@@ -46,16 +51,6 @@ impl Deadline {
 fn next(now: NaiveDateTime, time: NaiveTime) -> NaiveDateTime {
     let today = now.date().and_time(time);
     if today > now { today } else { today.checked_add_days(Days::new(1)).unwrap_or(today) }
-}
-
-/// `90s`, `45m`, `8h`, `2d`.
-pub fn parse_time(text: &str) -> Result<Duration, String> {
-    let wrong = || format!("`{text}` is no time: write a number and s, m, h or d, like 8h");
-    let units = [('s', 1.0), ('m', 60.0), ('h', 3600.0), ('d', 86400.0)];
-    let split = units.iter().find_map(|&(letter, unit)| Some((text.strip_suffix(letter)?, unit)));
-    let (number, unit) = split.ok_or_else(wrong)?;
-    let number: f64 = number.parse().map_err(|_| wrong())?;
-    Duration::try_from_secs_f64(number * unit).map_err(|_| wrong())
 }
 
 #[cfg(test)]

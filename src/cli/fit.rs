@@ -1,6 +1,7 @@
 //! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, kept in the store and printed.
 
-use crate::cli::{Exit, Outcome, print, store_here};
+use crate::cli::talk::print;
+use crate::cli::{CommandResult, Exit, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, mean_speeds};
 use crate::store::{Store, point_runs, save_fits};
@@ -10,21 +11,22 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `fit`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
 }
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self) -> Outcome {
+    pub(super) fn run(&self) -> CommandResult {
         print(&tables(&store_here(self.store.as_deref())?, |_| true)?)?;
         Ok(Exit::Done)
     }
 }
 
-/// Fits every point of the store in `dir`, keeps the rows, and returns the tables of those points that are `wanted`.
-pub fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
+/// Fits every point of the store in `dir`, saves the fits there, and returns the tables of those points that are
+/// `wanted`.
+pub(super) fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
     if crate::store::open_reading(dir)?.is_none() {
         return Err(crate::store::StoreError::Missing(dir.to_owned()).into());
     }

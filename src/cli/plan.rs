@@ -1,17 +1,14 @@
 //! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
 
 use crate::campaign::file::Campaign;
-use crate::campaign::plan::{KnownJobs, Retry, plan};
-use crate::cli::run::{this_round, threads};
-use crate::cli::{Exit, Outcome, print, store_of};
-use crate::execute::machine_speed;
-use crate::physics::simd;
-use crate::store::job_states;
+use crate::cli::talk::print;
+use crate::cli::{CommandResult, Exit, store_of};
+use crate::execute::{self, Options};
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The campaign file
     campaign: PathBuf,
     /// The store [default: NAME.meniscus in this folder]
@@ -24,13 +21,10 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self) -> Outcome {
+    pub(super) fn run(&self) -> CommandResult {
         let campaign = Campaign::load(&self.campaign)?;
-        let dir = store_of(self.store.as_deref(), &campaign.name);
-        let campaign = this_round(&campaign, &dir)?;
-        let known = KnownJobs::new(job_states(&dir)?);
-        let plan = plan(&campaign, &known, &Retry::Nothing, &machine_speed::measure(simd::best_instruction_set()));
-        print(&plan.render(threads(self.threads)))?;
+        let plan = execute::plan(&campaign, &store_of(self.store.as_deref(), &campaign.name))?;
+        print(plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from)))?;
         Ok(Exit::Done)
     }
 }

@@ -1,13 +1,13 @@
 //! `meniscus query DIR "SQL"`.
 
-use crate::cli::{Exit, Outcome};
+use crate::cli::{CommandResult, Exit};
 use crate::store::{Format, query};
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
 /// Arguments of `query`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store
     store: PathBuf,
     /// One SQL statement over runs, clog_events, samples, lambda_fits and speed_averages
@@ -19,7 +19,7 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self) -> Outcome {
+    pub(super) fn run(&self) -> CommandResult {
         let mut out = BufWriter::new(std::io::stdout().lock());
         query(&self.store, &self.sql, self.format, &mut out)?;
         match out.flush() {

@@ -1,6 +1,7 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::{Exit, Outcome, print};
+use crate::cli::talk::{print, typed, write_file};
+use crate::cli::{CommandResult, Exit};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
 use crate::report::caption::Caption;
@@ -9,6 +10,7 @@ use crate::report::raster::png;
 use crate::report::surroundings::Surroundings;
 use crate::report::view::View;
 use crate::store::{self, Format, JobStory, StoredJob};
+use clap::ValueEnum;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -28,7 +30,7 @@ const EXAMPLES: &str = "
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store
     store: PathBuf,
     /// The job, or the first digits of its id; without it, a few jobs to choose from are listed
@@ -36,8 +38,8 @@ pub struct Arguments {
     /// The file: .svg, .png or .gif; `-` writes SVG to stdout [default: JOB_ID.svg in this folder]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// svg, png or gif [default: by the file's name]
-    #[arg(long, value_name = "FORMAT", value_parser = parse_kind)]
+    /// Kind of picture [default: by the file's name]
+    #[arg(long, value_name = "FORMAT", ignore_case = true)]
     format: Option<Kind>,
     /// Show the whole path, not the droplet's neighbourhood
     #[arg(long)]
@@ -45,7 +47,7 @@ pub struct Arguments {
 }
 
 /// Kinds of picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Kind {
     Svg,
     Png,
@@ -54,7 +56,7 @@ enum Kind {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self, quiet: bool) -> Outcome {
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
         let Some(prefix) = &self.job else { return self.list() };
         let id = find(&self.store, prefix)?;
         let file = self.output.clone().unwrap_or_else(|| {
@@ -63,10 +65,10 @@ impl Arguments {
         });
         let bytes = self.draw(id, kind_of(self.format, &file)?)?;
         if file.as_os_str() == "-" {
-            std::io::Write::write_all(&mut std::io::stdout().lock(), &bytes)?;
+            print(&bytes)?;
             return Ok(Exit::Done);
         }
-        std::fs::write(&file, bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+        write_file(&file, &bytes)?;
         if !quiet {
             eprintln!("wrote {}", file.display());
         }
@@ -74,11 +76,11 @@ impl Arguments {
     }
 
     /// Lists jobs to choose from.
-    fn list(&self) -> Outcome {
+    fn list(&self) -> CommandResult {
         let mut table = Vec::new();
         store::query(&self.store, EXAMPLES, Format::Table, &mut table)?;
-        print(&String::from_utf8_lossy(&table))?;
-        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", self.store.display());
+        print(&table)?;
+        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
         Ok(Exit::Done)
     }
 
@@ -93,9 +95,9 @@ impl Arguments {
         };
         if kind == Kind::Gif && outlines.len() < 2 {
             return Err(format!(
-                "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in the campaign \
-                 and run it again; one picture: meniscus render {} {id} -o {id}.png",
-                self.store.display()
+                "job {id} has one outline, and an animation needs more: set `shapes_every = 10.0` (in t0) in \
+                 the campaign and run it again; one picture: meniscus render {} {id} -o {id}.png",
+                typed(&self.store)
             )
             .into());
         }
@@ -131,7 +133,7 @@ fn find(dir: &Path, prefix: &str) -> Result<JobId, Box<dyn Error>> {
 }
 
 fn no_such(dir: &Path, id: &str) -> String {
-    format!("no job `{id}` in {0}: list some with `meniscus render {0}`", dir.display())
+    format!("no job `{id}` in {}: list some with `meniscus render {}`", dir.display(), typed(dir))
 }
 
 /// The story of a job that has ended.
@@ -150,18 +152,10 @@ fn kind_of(asked: Option<Kind>, file: &Path) -> Result<Kind, String> {
     if let Some(kind) = asked {
         return Ok(kind);
     }
-    match file.extension().and_then(|extension| extension.to_str()) {
+    match file.extension().map(|extension| extension.to_string_lossy()) {
         None if file.as_os_str() == "-" => Ok(Kind::Svg),
-        Some(extension) => parse_kind(extension),
+        Some(extension) => Kind::from_str(&extension, true)
+            .map_err(|_| format!("`{extension}` is not a kind of picture: choose svg, png or gif")),
         None => Err(format!("{}: name it .svg, .png or .gif, or give --format", file.display())),
-    }
-}
-
-fn parse_kind(name: &str) -> Result<Kind, String> {
-    match name.to_ascii_lowercase().as_str() {
-        "svg" => Ok(Kind::Svg),
-        "png" => Ok(Kind::Png),
-        "gif" => Ok(Kind::Gif),
-        _ => Err(format!("`{name}` is no kind of picture: choose svg, png or gif")),
     }
 }

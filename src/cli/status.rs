@@ -1,9 +1,10 @@
 //! `meniscus status [DIR]`: how far a store has come.
 
-use crate::cli::progress::human;
-use crate::cli::{Exit, Outcome, print, store_here};
+use crate::campaign::durations::written;
+use crate::cli::talk::print;
+use crate::cli::{CommandResult, Exit, store_here};
+use crate::execute::Progress;
 use crate::execute::machine_speed;
-use crate::execute::schedule::Progress;
 use crate::physics::simd;
 use crate::store::{RunProgress, StateCounts, Status, Work, status, work};
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ use std::time::Duration;
 
 /// Arguments of `status`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
     /// As JSON
@@ -21,7 +22,7 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self) -> Outcome {
+    pub(super) fn run(&self) -> CommandResult {
         let dir = store_here(self.store.as_deref())?;
         if crate::store::open_reading(&dir)?.is_none() {
             return Err(crate::store::StoreError::Missing(dir).into());
@@ -47,7 +48,7 @@ impl Arguments {
     }
 }
 
-/// The status, and how long the run at work will take.
+/// The status, and how long the run that is under way will take.
 #[derive(serde::Serialize)]
 struct WithTimeLeft<'a> {
     #[serde(flatten)]
@@ -75,11 +76,11 @@ fn describe(status: &Status, time_left: Option<Duration>) -> String {
     match (&status.holder, &status.run) {
         (Some(holder), run) => {
             let rate = run.as_ref().and_then(rate).map(|rate| format!(", {rate:.1} jobs/min"));
-            let left = time_left.map(|left| format!(", {} left", human(left)));
+            let left = time_left.map(|left| format!(", {} left", written(left)));
             line(format!("{holder} is at work{}{}", rate.unwrap_or_default(), left.unwrap_or_default()));
         }
         (None, _) if status.total.pending + status.total.running > 0 => {
-            line("nobody is at work; `meniscus run` on the campaign file goes on".to_owned());
+            line("nobody is at work; `meniscus run CAMPAIGN.toml` goes on".to_owned());
         }
         (None, _) => {}
     }

@@ -1,7 +1,7 @@
 //! Keeps unfinished trajectories and dumps of failures in the folders of a store.
 //!
-//! A trajectory is saved by wall time, and never so often that saving takes more than a hundredth of it. Nothing that goes
-//! wrong here costs more than computing anew: it is told, and the job goes on.
+//! A trajectory is saved by wall time, and never so often that saving takes more than a hundredth of it. If saving or
+//! loading fails, a warning says so and the job goes on: nothing is lost but the time to compute it anew.
 
 use crate::campaign::plan::PlannedJob;
 use crate::execute::saved::{Saved, SavedFailure};
@@ -13,7 +13,7 @@ use crate::store::{Folders, StoreError};
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-/// Between two snapshots passes this many times what the last one took to save.
+/// The next snapshot waits at least this many times as long as the last one took to save.
 const SHARE: u32 = 100;
 
 /// The checkpoints and dumps of one run.
@@ -26,12 +26,12 @@ pub(super) struct Keeping {
 }
 
 impl Keeping {
-    /// Saves in `folders`, every so often.
+    /// Saves in `folders`, at least so long apart.
     pub(super) fn new(folders: Folders, every: Duration) -> Self {
         Self { waiting: folders.unfinished(), folders, every }
     }
 
-    /// Where the job was when it was last saved. A file that is of no use is put aside, and told.
+    /// Where the job was when it was last saved. A file that is of no use is put aside with a warning.
     pub(super) fn load(&self, planned: &PlannedJob) -> Option<Saved> {
         if !self.waiting.contains(&planned.id) {
             return None;
@@ -65,17 +65,18 @@ impl Keeping {
                 tracing::warn!(%job, problem, kept = %to.display(), "a checkpoint is of no use, the job begins anew");
             }
             Err(error) => {
-                tracing::warn!(%job, problem, %error, "a checkpoint is of no use and cannot be moved, the job begins anew");
+                tracing::warn!(%job, problem, %error, "a checkpoint is of no use and stays where it is, the job begins anew");
             }
         }
     }
 
     /// Saves a job.
-    pub(super) fn save(&self, id: JobId, saved: &Saved) -> Result<(), StoreError> {
+    fn save(&self, id: JobId, saved: &Saved) -> Result<(), StoreError> {
         checkpoint_file::write(&self.folders.checkpoints(), id, &saved.encode()).map(drop)
     }
 
-    /// Leaves what `meniscus replay` needs to see a failure again: where the job was last saved, or its beginning.
+    /// Writes the file from which `meniscus replay` shows a failure again: where the job was last saved, or its
+    /// beginning.
     pub(super) fn dump(&self, planned: &PlannedJob, failure: &Failure, wall_s: f64) {
         let checkpoint = checkpoint_file::path_of(&self.folders.checkpoints(), planned.id);
         let last = checkpoint_file::read(&checkpoint).ok().and_then(|payload| Saved::decode(&payload.state));
@@ -86,7 +87,7 @@ impl Keeping {
         }
     }
 
-    /// Keeps snapshots of a job that took `spent` seconds before `begin`.
+    /// Keeps snapshots of a job on which `spent` seconds were spent before `begin`.
     pub(super) fn keeper<'a>(&'a self, planned: &'a PlannedJob, spent: f64, begin: Instant) -> JobKeeper<'a> {
         JobKeeper { keeping: self, id: planned.id, job: &planned.job, spent, begin, due: begin + self.every }
     }
@@ -108,8 +109,16 @@ impl JobKeeper<'_> {
         self.spent + self.begin.elapsed().as_secs_f64()
     }
 
-    /// Saves a snapshot.
-    pub(super) fn save(&self, snapshot: Snapshot) -> Result<(), StoreError> {
+    /// Saves the snapshot with which a job that was told to stop goes on; false, with a warning, if that fails.
+    pub(super) fn save_last(&self, snapshot: Snapshot) -> bool {
+        let saved = self.save(snapshot);
+        if let Err(error) = &saved {
+            tracing::warn!(%error, job = %self.id, "this job could not be saved, it goes on from where it last was");
+        }
+        saved.is_ok()
+    }
+
+    fn save(&self, snapshot: Snapshot) -> Result<(), StoreError> {
         self.keeping.save(self.id, &Saved::new(self.job, self.wall_s(), Some(snapshot)))
     }
 }

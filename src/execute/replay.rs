@@ -1,35 +1,34 @@
-//! Runs a dump again, from where the job was last saved: does it fail as it did?
+//! Runs a dump again, from where the job was last saved, to see whether it fails as it did.
 
-use crate::execute::executor::panicked;
+use crate::execute::attempt::{Attempt, attempt};
 use crate::execute::saved::{Saved, SavedFailure};
 use crate::parameters::{Job, JobId};
 use crate::physics::simd::InstructionSet;
-use crate::physics::simulate::{Context, NoKeeper, RunEnded, go_on};
+use crate::physics::simulate::{Context, NoKeeper};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::Outcome;
 use crate::store::checkpoint_file::{self, CheckpointError};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 /// What a dump holds.
 #[derive(Debug)]
-pub struct Dump {
+pub(crate) struct Dump {
     /// The job.
-    pub job: Job,
+    pub(crate) job: Job,
     /// Its identity.
-    pub id: JobId,
+    pub(crate) id: JobId,
     saved: Saved,
 }
 
-/// Why there is nothing to run.
+/// Why a file cannot be replayed.
 #[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The file is of no use.
+pub(crate) enum ReplayError {
+    /// The file is missing, damaged, or of another kind.
     #[error(transparent)]
     File(#[from] CheckpointError),
-    /// It is a sound file of something else.
-    #[error("{0} holds no job that this program can run")]
+    /// The file is sound but holds something else.
+    #[error("{0} holds no job that this version can run: name a dump, as in the column dump of the view `failures`")]
     NoJob(String),
 }
 
@@ -38,7 +37,7 @@ impl Dump {
     ///
     /// # Errors
     /// [`ReplayError`].
-    pub fn read(path: &Path) -> Result<Self, ReplayError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, ReplayError> {
         let payload = checkpoint_file::read(path)?;
         let no_job = || ReplayError::NoJob(path.display().to_string());
         let saved = Saved::decode(&payload.state).ok_or_else(no_job)?;
@@ -46,32 +45,27 @@ impl Dump {
         Ok(Self { job, id: payload.job, saved })
     }
 
-    /// The failure that was recorded; none in a checkpoint.
-    pub fn failure(&self) -> Option<&SavedFailure> {
+    /// The failure that was recorded; `None` in a checkpoint.
+    pub(crate) fn failure(&self) -> Option<&SavedFailure> {
         self.saved.failure.as_ref()
     }
 
-    /// The time step from which on it is run.
-    pub fn from_step(&self) -> u64 {
+    /// The time step from which it goes on.
+    pub(crate) fn first_step(&self) -> u64 {
         self.saved.snapshot.as_ref().map_or(0, |snapshot| snapshot.step())
     }
 
-    /// Runs it to its end, whatever that is.
+    /// Runs the job to its end, and returns its outcome or its failure.
     ///
     /// # Errors
     /// [`ReplayError::NoJob`] if the state is not one of the job.
-    pub fn run(&self, instruction_set: InstructionSet) -> Result<Result<Outcome, SavedFailure>, ReplayError> {
+    pub(crate) fn run(&self, instruction_set: InstructionSet) -> Result<Result<Outcome, SavedFailure>, ReplayError> {
         let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
         let context = Context { arrays: &arrays, instruction_set, stop: &stop };
-        let from = self.saved.snapshot.as_ref();
-        let ended = catch_unwind(AssertUnwindSafe(|| go_on(&self.job, context, from, &mut NoKeeper)))
-            .unwrap_or_else(|panic| Err(panicked(panic.as_ref())));
-        match ended {
-            Ok(RunEnded::Finished(trajectory)) => Ok(Ok(trajectory.outcome)),
-            Ok(RunEnded::Stopped(_) | RunEnded::WrongSnapshot) => {
-                Err(ReplayError::NoJob(format!("the dump of {}", self.id)))
-            }
-            Err(failure) => Ok(Err(SavedFailure::from(&failure))),
+        match attempt(&self.job, context, self.saved.snapshot.as_ref(), &mut NoKeeper) {
+            Attempt::Arrived(trajectory) => Ok(Ok(trajectory.outcome)),
+            Attempt::Failed(failure) => Ok(Err(SavedFailure::from(&failure))),
+            Attempt::Stopped(_) | Attempt::WrongSnapshot => Err(ReplayError::NoJob(format!("the dump of {}", self.id))),
         }
     }
 }

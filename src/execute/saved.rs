@@ -1,4 +1,4 @@
-//! What is written of a job that has no result yet, or failed: the job itself, its state, and its failure.
+//! What a checkpoint or a dump holds: the job itself, its state, and its failure if it failed.
 
 use crate::parameters::Job;
 use crate::physics::simulate::Snapshot;
@@ -6,30 +6,30 @@ use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A job on its way; it stands for itself, no store is needed to go on with it.
+/// A job under way. It holds all that is needed to go on with it, without a store.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Saved {
+pub(super) struct Saved {
     /// Its point in canonical form.
     point: String,
     seed: u64,
     /// Wall time spent on it so far, in seconds.
-    pub wall_s: f64,
-    /// Where it is; `None` stands for its beginning.
-    pub snapshot: Option<Snapshot>,
+    pub(super) wall_s: f64,
+    /// Its state; `None` stands for its beginning.
+    pub(super) snapshot: Option<Snapshot>,
     /// How it failed after that, if it did.
-    pub failure: Option<SavedFailure>,
+    pub(super) failure: Option<SavedFailure>,
 }
 
-/// A failure as it is told and compared; the shape is not part of it.
+/// A failure as a dump holds it: without the outline.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{}: {reason} (step {step})", class.name())]
-pub struct SavedFailure {
+pub(crate) struct SavedFailure {
     /// What kind of failure.
-    pub class: FailureClass,
+    class: FailureClass,
     /// What happened, in a sentence.
-    pub reason: String,
+    reason: String,
     /// The time step at which it was noticed.
-    pub step: u64,
+    step: u64,
 }
 
 impl From<&Failure> for SavedFailure {
@@ -40,22 +40,22 @@ impl From<&Failure> for SavedFailure {
 
 impl Saved {
     /// A job at a snapshot, or at its beginning.
-    pub fn new(job: &Job, wall_s: f64, snapshot: Option<Snapshot>) -> Self {
+    pub(super) fn new(job: &Job, wall_s: f64, snapshot: Option<Snapshot>) -> Self {
         Self { point: job.point.canonical(), seed: job.seed, wall_s, snapshot, failure: None }
     }
 
     /// As bytes, every number with all its bits.
-    pub fn encode(&self) -> Vec<u8> {
+    pub(super) fn encode(&self) -> Vec<u8> {
         postcard::to_stdvec(self).expect("plain numbers, texts and lists can be encoded")
     }
 
-    /// From bytes; `None` if they are not such a job.
-    pub fn decode(bytes: &[u8]) -> Option<Self> {
+    /// From bytes; `None` if they are not those of a saved job.
+    pub(super) fn decode(bytes: &[u8]) -> Option<Self> {
         postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(saved, _)| saved)
     }
 
     /// The job; `None` if its point cannot be read.
-    pub fn job(&self) -> Option<Job> {
+    pub(super) fn job(&self) -> Option<Job> {
         let point: crate::parameters::Point = serde_json::from_str(&self.point).ok()?;
         Some(Job { point_id: point.id(), point: Arc::new(point), seed: self.seed })
     }

@@ -1,44 +1,54 @@
-//! What a running campaign decides, as pure functions of what happened and of the time: when to stop, and how long
-//! the rest will take. Acting on it is the executor's.
+//! What a round decides, as pure functions of what happened and of the time: when to stop, and how long the rest will
+//! take. The executor acts on it.
 
+use crate::campaign::plan::PlannedJob;
 use crate::parameters::Point;
 use crate::results::trajectory::{FailureClass, Outcome};
 use crate::store::PointWork;
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Failures of one class after which the breaker may open, and the share of all finished jobs it takes.
+/// Most jobs fail in the same way once this many have, and more than this share of all that ended.
 const BREAKER_FAILURES: u64 = 20;
 const BREAKER_SHARE: f64 = 0.5;
 
 /// Why a run ends before all jobs are done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// Somebody asked for it: Ctrl-C or SIGTERM.
+    /// Somebody asked for it, such as by Ctrl-C or SIGTERM.
     Interrupted,
     /// The deadline came.
     Deadline,
     /// Most jobs fail in the same way; going on would waste the night.
     Breaker {
-        /// The way they fail.
+        /// The class of their failure.
         class: FailureClass,
-        /// How many did.
+        /// How many failed so.
         failures: u64,
     },
     /// The store no longer takes outcomes.
     WriterStopped,
 }
 
-/// A job that ended: how, and what it was expected to cost.
-#[derive(Clone, Copy, Debug)]
-pub struct Ended {
-    /// Its outcome or its failure.
-    pub result: Result<Outcome, FailureClass>,
-    /// Expected CPU time, in seconds.
-    pub expected_s: f64,
+/// Jobs that were under way when a run was told to stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Paused {
+    /// Those that go on where they were.
+    pub saved: u64,
+    /// Those that had not begun to move or could not be saved: they go on from their last checkpoint or begin anew.
+    pub unsaved: u64,
 }
 
-/// Where a run stands.
+/// How a job ended, and what it was expected to cost.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JobEnd {
+    /// Its outcome, or the class of its failure.
+    pub(super) how: Result<Outcome, FailureClass>,
+    /// Expected CPU time, in seconds.
+    pub(super) expected_s: f64,
+}
+
+/// Where a round stands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Progress {
     /// Jobs to run.
@@ -56,12 +66,13 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Nothing done of so many jobs.
-    pub fn of(jobs: u64, expected_s: f64) -> Self {
-        Self { jobs, expected_s, ..Self::default() }
+    /// None of these jobs has ended.
+    pub(super) fn of(jobs: &[PlannedJob]) -> Self {
+        let expected_s = jobs.iter().map(|job| job.expected_s).sum();
+        Self { jobs: jobs.len() as u64, expected_s, ..Self::default() }
     }
 
-    /// Where a run stands as its store tells, from which clogs and failures are not counted.
+    /// Where the run of another process stands by what its store says; clogs and failures are not counted.
     pub fn seen(points: &[PointWork], expected_s: impl Fn(&Point) -> f64) -> Self {
         let mut progress = Self::default();
         for PointWork { point, left, ended } in points {
@@ -75,10 +86,10 @@ impl Progress {
     }
 
     /// Takes note of a job's end.
-    pub fn note(&mut self, job: Ended) {
+    pub(super) fn note(&mut self, end: JobEnd) {
         self.ended += 1;
-        self.expected_ended_s += job.expected_s;
-        match job.result {
+        self.expected_ended_s += end.expected_s;
+        match end.how {
             Ok(outcome) => self.clogs += u64::from(outcome == Outcome::Clogged),
             Err(class) => *self.failures.entry(class).or_default() += 1,
         }
@@ -90,7 +101,7 @@ impl Progress {
     }
 
     /// Why the run should stop now, if it should.
-    pub fn stop(&self, now: Duration, deadline: Option<Duration>, interrupted: bool) -> Option<StopReason> {
+    pub(super) fn stop(&self, now: Instant, deadline: Option<Instant>, interrupted: bool) -> Option<StopReason> {
         if interrupted {
             return Some(StopReason::Interrupted);
         }
@@ -121,30 +132,31 @@ impl Progress {
 mod tests {
     use super::*;
 
-    const CLOG: Ended = Ended { result: Ok(Outcome::Clogged), expected_s: 2.0 };
-    const BLOWN: Ended = Ended { result: Err(FailureClass::Unstable), expected_s: 2.0 };
+    const CLOG: JobEnd = JobEnd { how: Ok(Outcome::Clogged), expected_s: 2.0 };
+    const BLOWN: JobEnd = JobEnd { how: Err(FailureClass::Unstable), expected_s: 2.0 };
 
-    fn after(events: &[(Ended, u64)]) -> Progress {
-        let mut progress = Progress::of(1000, 2000.0);
-        for &(event, times) in events {
-            (0..times).for_each(|_| progress.note(event));
+    fn after(ends: &[(JobEnd, u64)]) -> Progress {
+        let mut progress = Progress { jobs: 1000, expected_s: 2000.0, ..Progress::default() };
+        for &(end, times) in ends {
+            (0..times).for_each(|_| progress.note(end));
         }
         progress
     }
 
     #[test]
     fn a_few_failures_do_not_stop_a_campaign_but_the_same_on_most_jobs_does() {
-        let second = Duration::from_secs(1);
-        assert_eq!(after(&[(BLOWN, 19)]).stop(second, None, false), None);
-        assert_eq!(after(&[(CLOG, 30), (BLOWN, 25)]).stop(second, None, false), None);
-        let tripped = after(&[(CLOG, 10), (BLOWN, 25)]).stop(second, None, false);
+        let now = Instant::now();
+        assert_eq!(after(&[(BLOWN, 19)]).stop(now, None, false), None);
+        assert_eq!(after(&[(CLOG, 30), (BLOWN, 25)]).stop(now, None, false), None);
+        let tripped = after(&[(CLOG, 10), (BLOWN, 25)]).stop(now, None, false);
         assert_eq!(tripped, Some(StopReason::Breaker { class: FailureClass::Unstable, failures: 25 }));
     }
 
     #[test]
     fn the_deadline_and_a_signal_stop_a_campaign() {
         let progress = after(&[(CLOG, 1)]);
-        let (early, late) = (Duration::from_secs(5), Duration::from_secs(10));
+        let early = Instant::now();
+        let late = early + Duration::from_secs(5);
         assert_eq!(progress.stop(early, Some(late), false), None);
         assert_eq!(progress.stop(late, Some(late), false), Some(StopReason::Deadline));
         assert_eq!(progress.stop(early, None, true), Some(StopReason::Interrupted));

@@ -49,8 +49,7 @@ pub enum StoreError {
     /// The folder lies where SQLite's write-ahead log cannot work.
     #[error(
         "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store \
-         (many machines: `meniscus submit` gives each its own shard; if you know that only this machine has it mounted, set \
-         MENISCUS_TRUST_FILE_SYSTEM=1)",
+         (if you know that only this machine has it mounted, set MENISCUS_TRUST_FILE_SYSTEM=1)",
         dir.display()
     )]
     NetworkFileSystem {

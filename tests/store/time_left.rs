@@ -1,7 +1,7 @@
 //! How long the rest takes: by what jobs cost, not by their number.
 
 use super::make::*;
-use meniscus::execute::schedule::Progress;
+use meniscus::execute::Progress;
 use meniscus::parameters::{Model, Point};
 use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Writer, work};
 use std::path::Path;

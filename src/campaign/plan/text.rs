@@ -1,5 +1,6 @@
 //! A plan as a physicist reads it.
 
+use crate::campaign::durations::written_s;
 use crate::campaign::file::interval::cut_to_three_digits;
 use crate::campaign::plan::effects::Ends;
 use crate::campaign::plan::{BlockPlan, Cost, Plan};
@@ -67,11 +68,7 @@ impl BlockPlan {
         let counts = &self.counts;
         let mut text =
             format!("{} new, {} pending, {} done, {} failed", counts.new, counts.pending, counts.done, counts.failed);
-        let extras = [
-            (counts.retried, "to be tried again"),
-            (counts.running, "running"),
-            (counts.shared, "of an earlier block"),
-        ];
+        let extras = [(counts.running, "running"), (counts.shared, "of an earlier block")];
         for (count, what) in extras.into_iter().filter(|(count, _)| *count > 0) {
             text += &format!(", {count} {what}");
         }
@@ -90,24 +87,9 @@ impl fmt::Display for CostText {
         write!(
             f,
             "{bound} {} of CPU, {} a job, {} on {threads} threads; clogs end runs earlier",
-            Duration(cost.total_s),
-            Duration(mean),
-            Duration(cost.wall_s(*threads))
+            written_s(cost.total_s),
+            written_s(mean),
+            written_s(cost.wall_s(*threads))
         )
-    }
-}
-
-/// Seconds in the unit people would use.
-struct Duration(f64);
-
-impl fmt::Display for Duration {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            seconds if seconds < 1.0 => write!(f, "{:.0} ms", seconds * 1e3),
-            seconds if seconds < 120.0 => write!(f, "{seconds:.0} s"),
-            seconds if seconds < 7200.0 => write!(f, "{:.0} min", seconds / 60.0),
-            seconds if seconds < 172_800.0 => write!(f, "{:.1} h", seconds / 3600.0),
-            seconds => write!(f, "{:.1} days", seconds / 86400.0),
-        }
     }
 }

@@ -2,10 +2,12 @@
 
 mod sheet;
 
-pub use sheet::BadFrames;
+pub(super) use sheet::BadFrames;
 
+use crate::campaign::durations::written;
 use crate::campaign::file::keys::{Id, KEYS};
-use crate::cli::{Exit, Outcome, print};
+use crate::cli::talk::print;
+use crate::cli::{CommandResult, Exit};
 use crate::parameters::{Channel, Deformable, Model, Point, Scene};
 use crate::report::calibration;
 use crate::study::calibrate::frames::Trial;
@@ -27,14 +29,15 @@ Example, a droplet filmed twice on its way through an orifice of 0.7 diameters:
 
   meniscus calibrate monday.csv tuesday.csv --w 0.7 --v-t 0.032
 
-Beside each file FRAMES.csv it writes FRAMES.fit.csv (the simulated speed and shape at each frame) and the plots FRAMES.fit.svg
-and .png. Give v_g_error if you can: slow frames, where the droplet squeezes through, then count as they should. At 256 vertices a fit
-takes ten minutes or so on two cores; fewer --n-vertices are faster, but may stay stuck where a droplet barely passes.";
+Beside each file FRAMES.csv it writes FRAMES.fit.csv (the simulated speed and shape at each frame) and the plots
+FRAMES.fit.svg and .png. Give v_g_error if you can: slow frames, where the droplet squeezes through, then count as they
+should. At 256 vertices a fit takes ten minutes or so on two cores; fewer --n-vertices are faster, but may stay stuck
+where a droplet barely passes.";
 
 /// Arguments of `calibrate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE, allow_negative_numbers = true)]
-pub struct Arguments {
+pub(super) struct Arguments {
     /// The frames, a file for each trial
     #[arg(required = true, value_name = "FRAMES.csv")]
     frames: Vec<PathBuf>,
@@ -81,7 +84,7 @@ pub struct Arguments {
 
 impl Arguments {
     /// Runs the subcommand.
-    pub fn run(&self, quiet: bool) -> Outcome {
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
         self.check()?;
         let sheets = sheet::read(&self.frames)?;
         let trials: Vec<Trial> = sheets.iter().flat_map(|sheet| sheet.trials.iter().cloned()).collect();
@@ -90,11 +93,11 @@ impl Arguments {
             let mut last_line = last_line.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             if !quiet && last_line.elapsed() >= PAUSE {
                 *last_line = Instant::now();
-                eprintln!("{simulations} simulations in {}", crate::cli::progress::human(begin.elapsed()));
+                eprintln!("{simulations} simulations in {}", written(begin.elapsed()));
             }
         };
         let ranges = Ranges { gamma: self.gamma.clone(), b0: self.b0.clone() };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(crate::cli::run::threads(self.threads)).build()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build()?;
         if !quiet {
             eprintln!("fitting {} of {} frames", count(trials.len(), "trial"), frames_in(&trials));
         }
@@ -102,7 +105,7 @@ impl Arguments {
         let names = sheet::names(&sheets);
         let weighed = trials.iter().flat_map(|trial| &trial.frames).any(|frame| frame.v_g_error != 1.0);
         let counted: Vec<_> = names.iter().cloned().zip(trials.iter().map(|trial| trial.frames.len())).collect();
-        print(&calibration::table(&found, &counted, weighed))?;
+        print(calibration::table(&found, &counted, weighed))?;
         let mut fits = found.fits.iter().zip(&names);
         for sheet in &sheets {
             let own: Vec<_> = fits.by_ref().take(sheet.trials.len()).collect();
@@ -171,7 +174,7 @@ impl Arguments {
     fn remark(&self, found: &Calibration, elapsed: Duration) {
         let [simulations, failed] = found.simulations;
         let failures = if failed > 0 { format!(", {failed} of them failed and were left out") } else { String::new() };
-        let ([from, to], time) = (found.window, crate::cli::progress::human(elapsed));
+        let ([from, to], time) = (found.window, written(elapsed));
         eprintln!("{simulations} simulations from h = {from:.2} to {to:.2} in {time}{failures}");
         for name in &found.at_the_end {
             eprintln!("warning: {name}* lies at an end of its range; widen --{name} and fit again");
@@ -194,7 +197,7 @@ fn count(n: usize, what: &str) -> String {
 
 /// `0.1..5`.
 fn parse_range(text: &str) -> Result<RangeInclusive<f64>, String> {
-    let wrong = || format!("`{text}` is no range: write two numbers, like 0.1..5");
+    let wrong = || format!("`{text}` is not a range: write two numbers, like 0.1..5");
     let (from, to) = text.split_once("..").ok_or_else(wrong)?;
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
     Ok(number(from)?..=number(to)?)

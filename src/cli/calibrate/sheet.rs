@@ -24,11 +24,11 @@ pub(super) struct Sheet {
 
 /// All files of frames that could not be read.
 #[derive(Debug)]
-pub struct BadFrames(Vec<FramesError>);
+pub(crate) struct BadFrames(Vec<FramesError>);
 
 impl BadFrames {
     /// The whole message, in colour if asked.
-    pub fn render(&self, colour: bool) -> String {
+    pub(crate) fn render(&self, colour: bool) -> String {
         self.0.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
     }
 }
