@@ -5,7 +5,7 @@ use crate::cli::{Exit, Outcome, print, store_here};
 use crate::execute::machine_speed;
 use crate::execute::schedule::Progress;
 use crate::physics::simd;
-use crate::store::{RunProgress, StateCounts, Status, Work, status, work};
+use crate::store::{LastRun, RunProgress, StateCounts, Status, last_run, status};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -31,8 +31,8 @@ impl Arguments {
             Some(_) => {
                 let speed = machine_speed::measure(simd::best_instruction_set());
                 let left =
-                    |work: Work| Progress::seen(&work.points, |point| speed.expected_s(point)).time_left(work.elapsed);
-                work(&dir)?.and_then(left)
+                    |run: LastRun| Progress::seen(&run.points, |point| speed.expected_s(point)).time_left(run.elapsed);
+                last_run(&dir)?.and_then(left)
             }
             None => None,
         };
