@@ -6,8 +6,8 @@
 //! bytes 40..     format version, physics version, job id (postcard), then the state, which is not looked into here
 //! ```
 //!
-//! A file is written aside, flushed and renamed, and then its folder is flushed. So under its name there is always a whole
-//! state: the one before or the one after. Each job has one file, which is replaced and never appended to.
+//! A file is written aside, flushed and renamed, and then its folder is flushed. So under its name there is always a
+//! whole state: the one before or the one after. Each job has one file, which is replaced and never appended to.
 
 use crate::parameters::{JobId, PHYSICS_VERSION};
 use crate::store::disk;

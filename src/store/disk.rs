@@ -1,7 +1,7 @@
 //! The operations that change a store, a function each.
 //!
-//! This is a seam for tests. The unit tests of this crate put [`faults`] behind it, which lets any one operation fail or
-//! be the last before the process dies. Elsewhere each function is the system's call and nothing more.
+//! This is a seam for tests. The unit tests of this crate put [`faults`] behind it, which lets any one operation fail
+//! or be the last before the process dies. Elsewhere each function is the system's call and nothing more.
 
 #[cfg(test)]
 #[path = "../../tests/store/faults.rs"]

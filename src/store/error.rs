@@ -36,7 +36,10 @@ pub enum StoreError {
         known: usize,
     },
     /// An earlier program wrote this store, and reading must not change it.
-    #[error("{} has the older schema {found}: `meniscus run` or `meniscus fit` upgrades it and keeps a backup", path.display())]
+    #[error(
+        "{} has the older schema {found}: `meniscus run` or `meniscus fit` upgrades it and keeps a backup",
+        path.display()
+    )]
     Older {
         /// The database.
         path: PathBuf,
@@ -105,7 +108,9 @@ pub enum StoreError {
     #[error("job {0} is not in the store, so its outcome could not be kept: register it before it runs")]
     UnknownJob(JobId),
     /// The writer could not save outcomes and stopped trying.
-    #[error("{unsaved} outcomes could not be saved in {attempts} attempts ({source}): see to the disk, then `run` again")]
+    #[error(
+        "{unsaved} outcomes could not be saved in {attempts} attempts ({source}): see to the disk, then `run` again"
+    )]
     GaveUp {
         /// Outcomes lost, to be computed again.
         unsaved: usize,
@@ -126,7 +131,7 @@ fn hint(source: &rusqlite::Error) -> &'static str {
             "; `meniscus check DIR --repair` saves what can be saved"
         }
         Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly) => {
-            "; SQLite needs the right to write in the store's folder, even to read: ask for it, or copy the whole folder"
+            "; SQLite needs the right to write in the folder, even to read: ask for it, or copy the whole folder"
         }
         Some(ErrorCode::DiskFull) => "; free some space, then do the same again",
         Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {

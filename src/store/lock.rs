@@ -72,7 +72,8 @@ pub(super) fn holder(dir: &Path) -> Option<Holder> {
     }
 }
 
-/// Announces a reader, before it takes its look; `None` in a folder that cannot be written to, where nobody removes files.
+/// Announces a reader, before it takes its look; `None` in a folder that cannot be written to, where nobody removes
+/// files.
 pub(super) fn announce_reader(dir: &Path) -> Option<File> {
     let path = dir.join("readers");
     let file = open(&path).or_else(|_| File::open(&path)).ok()?;

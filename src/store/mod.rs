@@ -27,27 +27,28 @@
 //!
 //! # Locking
 //!
-//! One process writes, under a kernel lock that dies with it ([`lock`]); within it one thread does ([`Writer`]). Readers
-//! take no lock on the database and may come at any time. Those that read samples hold the file `readers`, so that no
-//! sample file is removed under them.
+//! One process writes, under a kernel lock that dies with it ([`lock`]); within it one thread does ([`Writer`]).
+//! Readers take no lock on the database and may come at any time. Those that read samples hold the file `readers`, so
+//! that no sample file is removed under them.
 //!
 //! # Compatibility
 //!
-//! Schemas are numbered ([`schema`]). An older store is upgraded when it is opened for writing, after a backup; a newer
-//! one is refused. People query views, and views keep their names. A job is known by the hash of its point, its seed and
-//! the physics version: registering a campaign again never changes a finished job, and results of another physics
-//! version stay, as `stale_runs`.
+//! Schemas are numbered ([`schema`]). An older store is upgraded when it is opened for writing, after a backup; a
+//! newer one is refused. People query views, and views keep their names. A job is known by the hash of its point, its
+//! seed and the physics version: registering a campaign again never changes a finished job, and results of another
+//! physics version stay, as `stale_runs`.
 //!
 //! # Performance
 //!
 //! Outcomes commit in groups, so a million tiny jobs do not cost a million disk flushes. The indices cover what the
-//! planner and `status` ask, so both answer in about a second with a million jobs. Series are read by column and by job.
+//! planner and `status` ask, so both answer in about a second with a million jobs. Series are read by column and by
+//! job.
 //!
 //! # Durability
 //!
-//! The outcome of a job and the catalogue row of its samples commit in one transaction, after the samples are safely on
-//! disk ([`write`]). So there is no half result; a file that no row names is left over from a crash and goes at the next
-//! opening. Everything has a checksum: sample files and checkpoints always, the database whenever it is closed
+//! The outcome of a job and the catalogue row of its samples commit in one transaction, after the samples are safely
+//! on disk ([`write`]). So there is no half result; a file that no row names is left over from a crash and goes at the
+//! next opening. Everything has a checksum: sample files and checkpoints always, the database whenever it is closed
 //! ([`seal`]). [`check`](mod@check) compares all of them and repairs.
 //!
 //! # What to read first

@@ -1,9 +1,9 @@
 //! Recorded time series as Parquet: one file for each batch of jobs, never changed, named by the hash of its bytes.
 //!
-//! The columns are `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null
-//! for SP). A row of 64 bytes takes 44 with byte-stream split before zstd and 53 with zstd alone, on smooth series, and
-//! the former is faster; zstd level 3 gains nothing over 1. The rows of a job follow each other. The catalogue knows the
-//! first and how many they are, so that reading one job decodes a page or two of each column.
+//! The columns are `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64,
+//! null for SP). A row of 64 bytes takes 44 with byte-stream split before zstd and 53 with zstd alone, on smooth
+//! series, and the former is faster; zstd level 3 gains nothing over 1. The rows of a job follow each other. The
+//! catalogue knows the first and how many they are, so that reading one job decodes a page or two of each column.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::Samples;

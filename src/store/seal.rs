@@ -1,12 +1,12 @@
 //! A seal on a closed database: its first page, and a short hash of every page.
 //!
-//! SQLite has no checksums of its own. A byte that changes on the disk between two runs would go unseen, or be seen too
-//! late. So the file `store.db.seal` is written when a store is closed, and removed before anything is written to it
-//! again; while it is there, the database must be what it says. A process that is killed leaves no seal, and the database
-//! is then judged by SQLite's own `integrity_check` and by what every store has in its header.
+//! SQLite has no checksums of its own. A byte that changes on the disk between two runs would go unseen, or be seen
+//! too late. So the file `store.db.seal` is written when a store is closed, and removed before anything is written to
+//! it again; while it is there, the database must be what it says. A process that is killed leaves no seal, and the
+//! database is then judged by SQLite's own `integrity_check` and by what every store has in its header.
 //!
-//! The file is a magic word, the blake3 of the rest, the page size (u32, little-endian), the first page, and eight bytes
-//! of the blake3 of each page.
+//! The file is a magic word, the blake3 of the rest, the page size (u32, little-endian), the first page, and eight
+//! bytes of the blake3 of each page.
 
 use crate::store::disk;
 use crate::store::error::StoreError;
@@ -122,8 +122,8 @@ impl Seal {
         self.first_page.len()
     }
 
-    /// The pages of the database in `dir`, counted from 0, that are not what was sealed. Pages that are missing and pages
-    /// that were not there are among them.
+    /// The pages of the database in `dir`, counted from 0, that are not what was sealed. Pages that are missing and
+    /// pages that were not there are among them.
     pub(super) fn differences(&self, dir: &Path) -> Result<Vec<usize>, StoreError> {
         let found = page_hashes(dir, self.page_size())?;
         let all = 0..found.len().max(self.hashes.len());

@@ -1,5 +1,5 @@
-//! `check` finds what is broken, says where and what next; `repair` puts it right and a further run ends as if nothing had
-//! happened.
+//! `check` finds what is broken, says where and what next; `repair` puts it right and a further run ends as if nothing
+//! had happened.
 
 use super::make::*;
 use meniscus::parameters::JobId;

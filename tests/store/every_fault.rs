@@ -1,18 +1,19 @@
 //! Every operation that changes a store goes wrong once, in every way, and nothing is lost or done twice.
 //!
-//! An undisturbed run counts the operations. Then each of them fails; or is the last before the process dies; or is the last
-//! before the machine loses its power. What is left is checked, opened and run on, and must equal the undisturbed store.
+//! An undisturbed run counts the operations. Then each of them fails; or is the last before the process dies; or is
+//! the last before the machine loses its power. What is left is checked, opened and run on, and must equal the
+//! undisturbed store.
 //!
-//! This is a unit test of the crate (`src/store/mod.rs` includes it), because it puts [`crate::store::disk::faults`] behind
-//! the operations of the disk.
+//! This is a unit test of the crate (`src/store/mod.rs` includes it), because it puts [`crate::store::disk::faults`]
+//! behind the operations of the disk.
 
 use crate::campaign::file::Campaign;
 use crate::parameters::{Job, JobId};
 use crate::physics::simd::best_instruction_set;
 use crate::physics::simulate::{Context, simulate};
 use crate::physics::walls::arrays::library::ArrayLibrary;
-use crate::results::trajectory::{Failure, Trajectory};
 use crate::results::trajectory::FailureClass;
+use crate::results::trajectory::{Failure, Trajectory};
 use crate::store::disk::faults::{Fault, arm, disarm};
 use crate::store::folders::{database, samples_dir};
 use crate::store::*;

@@ -1,9 +1,9 @@
 //! Operations that fail, or are the last before the process dies, in the stores of tests.
 //!
-//! A test arms a store's folder; every operation below it is then counted, and the one that was asked for goes wrong. A
-//! process that died is played by a copy of the folder as it was at that instant, and by refusing every later operation of
-//! the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut in half, names
-//! are as before, removed files are back.
+//! A test arms a store's folder; every operation below it is then counted, and the one that was asked for goes wrong.
+//! A process that died is played by a copy of the folder as it was at that instant, and by refusing every later
+//! operation of the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut
+//! in half, names are as before, removed files are back.
 
 use crate::store::disk::Operation;
 use std::path::{Path, PathBuf};

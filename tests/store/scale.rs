@@ -2,7 +2,7 @@
 
 use super::make::*;
 use meniscus::parameters::Point;
-use meniscus::store::{Format, Store, Writer, WriterOptions, job_states, point_runs, last_run, query, status};
+use meniscus::store::{Format, Store, Writer, WriterOptions, job_states, last_run, point_runs, query, status};
 use std::path::Path;
 use std::time::Instant;
 

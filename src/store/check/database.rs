@@ -34,8 +34,8 @@ impl Damage {
     }
 }
 
-/// Judges the database, and in a repair puts a sound one in its place; true if it can be read on. `alone` says that nobody
-/// else writes it.
+/// Judges the database, and in a repair puts a sound one in its place; true if it can be read on. `alone` says that
+/// nobody else writes it.
 pub(super) fn examine(work: &mut Examination<'_>, alone: bool) -> Result<bool, StoreError> {
     if work.report.repaired {
         rescue::clear(work.dir)?;
@@ -99,7 +99,8 @@ fn judge(dir: &Path, alone: bool) -> Result<Option<Damage>, StoreError> {
     if is_new && !files_in(&samples_dir(dir))?.is_empty() {
         return Ok(Some(Damage::unsealed("the database is empty, and yet there are sample files")));
     }
-    // Only somebody who is alone may read the file itself: closing it drops the locks that SQLite holds in this process.
+    // Only somebody who is alone may read the file itself: closing it drops the locks that SQLite holds in this
+    // process.
     if alone {
         match seal::find(dir)? {
             SealState::Sound(seal) if !has_log => {

@@ -31,9 +31,10 @@ pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(),
         work.report.files += 1;
         let (problem, cure) = match judge(work.dir, conn, &listed)? {
             Verdict::Sound => continue,
-            Verdict::Broken(problem) => {
-                (problem, "a repair moves it to quarantine/ and sets its jobs back to pending; `run` computes them again")
-            }
+            Verdict::Broken(problem) => (
+                problem,
+                "a repair moves it to quarantine/ and sets its jobs back to pending; `run` computes them again",
+            ),
             Verdict::Surplus(rows) => (surplus(rows), "a repair writes it anew without them"),
         };
         work.find(&listed.file.path, problem, cure);
@@ -85,7 +86,9 @@ fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdi
         Ok(()) if hasher.finalize().to_hex().as_str() != listed.file.checksum => {
             return broken("its bytes do not match the checksum in the catalogue".to_owned());
         }
-        Ok(()) if hasher.count() != listed.file.bytes => return broken("its size is not that in the catalogue".to_owned()),
+        Ok(()) if hasher.count() != listed.file.bytes => {
+            return broken("its size is not that in the catalogue".to_owned());
+        }
         Ok(()) => {}
     }
     // What is read from here on is what was written.

@@ -32,7 +32,10 @@ pub(super) fn problem(header: &[u8], file_bytes: u64, has_log: bool) -> Option<S
     let number = |at| number(header, at);
     let size = page_size(header).map(|size| size as u64);
     let laws = [
-        (SAME.iter().all(|(at, bytes)| header[*at..].starts_with(bytes)), "bytes that are the same in all stores differ"),
+        (
+            SAME.iter().all(|(at, bytes)| header[*at..].starts_with(bytes)),
+            "bytes that are the same in all stores differ",
+        ),
         (matches!(header[18..20], [1, 1] | [2, 2]), "the file format is one that no store has"),
         // Zero is what other programs' databases have, which are not for this program to judge.
         ([0, APPLICATION_ID].contains(&number(68)), "it does not say that this is a store"),
@@ -44,9 +47,11 @@ pub(super) fn problem(header: &[u8], file_bytes: u64, has_log: bool) -> Option<S
     (!broken.is_empty()).then(|| format!("its header is not that of a store: {}", broken.join(", ")))
 }
 
-/// Makes a header that SQLite takes, for a file of so many bytes. The number of the schema is kept, if there is such a one.
+/// Makes a header that SQLite takes, for a file of so many bytes. The number of the schema is kept if there is such a
+/// one.
 pub(super) fn rebuild(header: &mut [u8], file_bytes: u64, has_log: bool) {
-    let schema = Some(number(header, 60)).filter(|schema| (1..=LATEST as u32).contains(schema)).unwrap_or(LATEST as u32);
+    let schema =
+        Some(number(header, 60)).filter(|schema| (1..=LATEST as u32).contains(schema)).unwrap_or(LATEST as u32);
     header[..LENGTH].fill(0);
     for (at, bytes) in SAME {
         header[at..at + bytes.len()].copy_from_slice(bytes);

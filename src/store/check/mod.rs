@@ -1,16 +1,17 @@
 //! `meniscus check`: whether a store is what it should be, and putting it right.
 //!
-//! The database comes first, because all else is judged by it: `database.rs` compares it with its seal, or, where a kill left
-//! none, with what every store has in its header (`header.rs`), and asks SQLite. Then `rows.rs` compares rows with each other
-//! and with the hashes that name them (`identity.rs`), `files.rs` the sample files with the catalogue, `checkpoints.rs` the
-//! checkpoints and dumps with their checksums. What remains are files that no row names.
+//! The database comes first, because all else is judged by it: `database.rs` compares it with its seal, or, where a
+//! kill left none, with what every store has in its header (`header.rs`), and asks SQLite. Then `rows.rs` compares
+//! rows with each other and with the hashes that name them (`identity.rs`), `files.rs` the sample files with the
+//! catalogue, `checkpoints.rs` the checkpoints and dumps with their checksums. What remains are files that no row
+//! names.
 //!
-//! **Durability.** A repair removes nothing. Broken files go to `quarantine/`, and the database is copied there before a row
-//! changes. Whatever cannot be trusted is set back to pending, and the next `run` computes it. A repair can be killed at any
-//! point and started again.
+//! **Durability.** A repair removes nothing. Broken files go to `quarantine/`, and the database is copied there before
+//! a row changes. Whatever cannot be trusted is set back to pending, and the next `run` computes it. A repair can be
+//! killed at any point and started again.
 //!
-//! **Locking.** A check keeps writers away while it looks. Where a run is at work it looks all the same, and leaves out, with
-//! a note, what that run may just be doing. A repair needs the store for itself.
+//! **Locking.** A check keeps writers away while it looks. Where a run is at work it looks all the same, and leaves
+//! out, with a note, what that run may just be doing. A repair needs the store for itself.
 //!
 //! **Compatibility.** A check reads a store of any schema so far and does not upgrade it; a repair does.
 //!
@@ -174,7 +175,9 @@ fn is_store(dir: &Path) -> Result<(), StoreError> {
 fn hold(dir: &Path, work: &mut Examination<'_>) -> Result<Option<File>, StoreError> {
     let note = match lock::take(dir) {
         Ok(lock) => return Ok(Some(lock)),
-        Err(StoreError::Locked { holder, .. }) => format!("{holder} is at work: what it has not committed yet was left out"),
+        Err(StoreError::Locked { holder, .. }) => {
+            format!("{holder} is at work: what it has not committed yet was left out")
+        }
         Err(StoreError::Io { source, .. }) => {
             format!("the store cannot be locked ({source}): files that no row names were left out")
         }

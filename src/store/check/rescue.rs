@@ -1,8 +1,8 @@
 //! A new database from what can be read of a damaged one.
 //!
-//! Tables are walked by key. Where a row cannot be read, the walk goes on behind it. Indices are not read at all, because a
-//! new database makes its own. What is copied is judged afterwards as the rows of every store are, and ids are hashes of
-//! what they name, so a wrong row does not pass for a right one.
+//! Tables are walked by key. Where a row cannot be read, the walk goes on behind it. Indices are not read at all,
+//! because a new database makes its own. What is copied is judged afterwards as the rows of every store are, and ids
+//! are hashes of what they name, so a wrong row does not pass for a right one.
 
 use crate::store::check::{count, header};
 use crate::store::error::StoreError;
@@ -36,8 +36,8 @@ pub(super) fn clear(dir: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Copies the database and its log, and returns where the copy is. Its header is made readable; pages that differ from the
-/// seal are overwritten, so that nothing in them is believed.
+/// Copies the database and its log, and returns where the copy is. Its header is made readable; pages that differ from
+/// the seal are overwritten, so that nothing in them is believed.
 pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<PathBuf, StoreError> {
     let (path, log, copy) = (database(dir), log(dir), folder(dir).join("patched.db"));
     let has_log = log.metadata().is_ok_and(|log| log.len() > 0);
@@ -46,7 +46,8 @@ pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<Pat
         let size = seal.page_size();
         bytes.resize(seal.n_pages() * size, 0);
         for page in pages.iter().filter(|&&page| page < seal.n_pages()) {
-            // Pages of other kinds never start with this byte, it is not UTF-8, and a number made of it is not a number.
+            // Pages of other kinds never start with this byte, it is not UTF-8, and a number made of it is not a
+            // number.
             bytes[page * size..][..size].fill(0xFF);
         }
         bytes[..size].copy_from_slice(&seal.first_page);
@@ -96,8 +97,8 @@ fn copy_tables(source: &Connection, target: &mut Connection) -> rusqlite::Result
         }
     }
     // A job has several shapes, and of one beside a gap some may be lost: it is computed again.
-    let mut forget =
-        transaction.prepare("DELETE FROM outcomes WHERE job IN (SELECT job FROM shape_rows WHERE rowid IN (?1, ?2))")?;
+    let mut forget = transaction
+        .prepare("DELETE FROM outcomes WHERE job IN (SELECT job FROM shape_rows WHERE rowid IN (?1, ?2))")?;
     torn_shapes.iter().try_for_each(|gap| forget.execute(*gap).map(drop))?;
     drop(forget);
     let jobs = count(&transaction, "SELECT count(*) FROM jobs")?;
@@ -112,8 +113,8 @@ fn names(conn: &Connection, sql: &str) -> rusqlite::Result<Vec<String>> {
 
 /// Copies the rows of a table that can be read; returns the gaps between them.
 ///
-/// Behind a row that cannot be read, the walk tries the key after it, then one two further on, then four, eight, and so on.
-/// So it gets across any gap in few steps, and loses at most as many rows again as are damaged.
+/// Behind a row that cannot be read, the walk tries the key after it, then one two further on, then four, eight, and
+/// so on. So it gets across any gap in few steps, and loses at most as many rows again as are damaged.
 fn copy_table(source: &Connection, target: &Connection, table: &str, columns: &str) -> rusqlite::Result<Vec<Gap>> {
     let places = ", ?".repeat(columns.split(',').count());
     let mut insert = target.prepare(&format!("INSERT OR IGNORE INTO {table} (rowid, {columns}) VALUES (?{places})"))?;
@@ -158,6 +159,7 @@ fn copy_table(source: &Connection, target: &Connection, table: &str, columns: &s
 }
 
 fn copy_row(row: &Row<'_>, insert: &mut Statement<'_>) -> rusqlite::Result<()> {
-    let values: Vec<Value> = (0..insert.parameter_count()).map(|column| row.get(column)).collect::<rusqlite::Result<_>>()?;
+    let values: Vec<Value> =
+        (0..insert.parameter_count()).map(|column| row.get(column)).collect::<rusqlite::Result<_>>()?;
     insert.execute(params_from_iter(values)).map(drop)
 }

@@ -1,8 +1,9 @@
-//! Rows against each other, by three kinds of rule: ids are hashes of what they name, rows refer to rows that exist, and the
-//! end of a job has all that belongs to it.
+//! Rows against each other, by three kinds of rule: ids are hashes of what they name, rows refer to rows that exist,
+//! and the end of a job has all that belongs to it.
 //!
-//! A job whose end breaks a rule is computed again: what is stored of its end goes, and its state is `pending`. Jobs of
-//! another physics version cannot be computed again, so the rule about what a result must have beside it leaves them alone.
+//! A job whose end breaks a rule is computed again: what is stored of its end goes, and its state is `pending`. Jobs
+//! of another physics version cannot be computed again, so the rule about what a result must have beside it leaves
+//! them alone.
 
 use crate::store::check::{Examination, count, identity};
 use crate::store::disk;
@@ -141,7 +142,8 @@ fn dangling(conn: &Connection) -> rusqlite::Result<BTreeMap<(String, String), Ve
     Ok(found)
 }
 
-/// Drops a row that refers to nothing. But results outlive the campaign that brought them and the run that computed them.
+/// Drops a row that refers to nothing. But results outlive the campaign that brought them and the run that computed
+/// them.
 fn settle(conn: &Connection, table: &str, missing: &str, row: i64) -> rusqlite::Result<()> {
     let sql = match missing {
         "campaigns" => format!(
@@ -156,7 +158,8 @@ fn settle(conn: &Connection, table: &str, missing: &str, row: i64) -> rusqlite::
 
 /// Removes all that is stored of a job's end, so that it is computed again.
 pub(super) fn compute_again(conn: &Connection, job: i64) -> rusqlite::Result<()> {
-    let ends = ["outcomes", "clogs", "shape_rows", "sample_index"].map(|table| format!("DELETE FROM {table} WHERE job = ?1"));
+    let ends =
+        ["outcomes", "clogs", "shape_rows", "sample_index"].map(|table| format!("DELETE FROM {table} WHERE job = ?1"));
     for sql in ends.iter().map(String::as_str).chain(["UPDATE jobs SET state = 'pending' WHERE key = ?1"]) {
         conn.prepare_cached(sql)?.execute([job])?;
     }

@@ -1,8 +1,8 @@
-//! Functions of numbers that SQLite leaves out, for queries: `sqrt`, `exp`, `ln`, `log10`, `sin`, `cos`, `floor`, `ceil` and
-//! `power(x, y)`.
+//! Functions of numbers that SQLite leaves out, for queries: `sqrt`, `exp`, `ln`, `log10`, `sin`, `cos`, `floor`,
+//! `ceil` and `power(x, y)`.
 //!
-//! As with SQLite's own, NULL gives NULL, and so does an argument for which there is no value (`sqrt(-1)`, `ln(0)`). For
-//! example, the scatter of speeds is `sqrt(avg(v_g_mean * v_g_mean) - avg(v_g_mean) * avg(v_g_mean))`.
+//! As with SQLite's own, NULL gives NULL, and so does an argument for which there is no value (`sqrt(-1)`, `ln(0)`).
+//! For example, the scatter of speeds is `sqrt(avg(v_g_mean * v_g_mean) - avg(v_g_mean) * avg(v_g_mean))`.
 
 use rusqlite::functions::{Context, FunctionFlags};
 use rusqlite::types::ValueRef;

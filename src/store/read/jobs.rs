@@ -34,7 +34,9 @@ pub fn job_states(dir: &Path) -> Result<Vec<(JobId, JobState)>, StoreError> {
             let (id, state) = (row.get_ref(0)?.as_str()?, row.get_ref(1)?.as_str()?);
             match (id.parse(), JobState::from_name(state)) {
                 (Ok(id), Some(state)) => jobs.push((id, state)),
-                _ => return Ok(Err(corrupt(id, format!("`{id}` and `{state}` are not the id and the state of a job")))),
+                _ => {
+                    return Ok(Err(corrupt(id, format!("`{id}` and `{state}` are not the id and the state of a job"))));
+                }
             }
         }
         Ok(Ok(jobs))
@@ -56,7 +58,8 @@ pub fn job(dir: &Path, id: JobId) -> Result<Option<StoredJob>, StoreError> {
     );
     let found = found.optional().map_err(StoreError::sql(&database(dir)))?;
     let Some((spec, seed, state, physics_version)) = found else { return Ok(None) };
-    let state = JobState::from_name(&state).ok_or_else(|| corrupt(id, format!("`{state}` is not the state of a job")))?;
+    let state =
+        JobState::from_name(&state).ok_or_else(|| corrupt(id, format!("`{state}` is not the state of a job")))?;
     Ok(Some(StoredJob { point: parse_point(&spec, id)?, seed: seed as u64, state, physics_version }))
 }
 

@@ -14,9 +14,11 @@ use std::time::Duration;
 const COUNTS: &str = "
     SELECT points.key, points.spec, sum(left), sum(ended) FROM (
         SELECT point, count(*) AS left, 0 AS ended FROM jobs
-        WHERE physics_version = (SELECT physics_version FROM current) AND (state = 'pending' OR state = 'running') GROUP BY point
+        WHERE physics_version = (SELECT physics_version FROM current) AND (state = 'pending' OR state = 'running')
+        GROUP BY point
         UNION ALL
-        SELECT point, 0, count(*) FROM outcomes JOIN jobs ON jobs.key = outcomes.job WHERE provenance = ?1 GROUP BY point
+        SELECT point, 0, count(*) FROM outcomes JOIN jobs ON jobs.key = outcomes.job WHERE provenance = ?1
+        GROUP BY point
     ) JOIN points ON points.key = point GROUP BY points.key";
 
 /// The last run, which is the present one while somebody holds the store.

@@ -1,20 +1,21 @@
 //! Reading a store: SQL for people, and the questions that the program itself asks.
 //!
-//! Start with `query.rs`, which answers one statement; `samples_table.rs` makes the Parquet files a table in it. The other
-//! files each answer one question of the program: which jobs there are (`jobs.rs`), what they left (`records.rs`,
-//! `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`, `last_run.rs`).
+//! Start with `query.rs`, which answers one statement; `samples_table.rs` makes the Parquet files a table in it. The
+//! other files each answer one question of the program: which jobs there are (`jobs.rs`), what they left
+//! (`records.rs`, `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`,
+//! `last_run.rs`).
 //!
 //! **Locking.** Reading takes no lock on the database, so it works while a run goes on. A connection that reads samples
 //! announces itself in the file `readers`, and the writer leaves superseded sample files alone until it has gone.
 //!
-//! **Compatibility.** A reader changes nothing, so it does not upgrade: it refuses an older schema and says what does. A
-//! store that does not exist is an empty one wherever that makes sense.
+//! **Compatibility.** A reader changes nothing, so it does not upgrade: it refuses an older schema and says what does.
+//! A store that does not exist is an empty one wherever that makes sense.
 //!
-//! **Performance.** Statements are planned once, not anew for every value bound to them. Whatever must be of one moment is
-//! read in one transaction.
+//! **Performance.** Statements are planned once, not anew for every value bound to them. Whatever must be of one
+//! moment is read in one transaction.
 //!
-//! **Durability.** A sample file is compared with its checksum before its first row is read, so numbers of a damaged file
-//! do not get out.
+//! **Durability.** A sample file is compared with its checksum before its first row is read, so numbers of a damaged
+//! file do not get out.
 
 pub(super) mod fits;
 pub(super) mod format;

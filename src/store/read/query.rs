@@ -32,8 +32,8 @@ pub enum QueryError {
 /// A reader that has seen enough and closes the pipe ends the query without an error.
 ///
 /// # Errors
-/// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words and, where a table or a column does not
-/// exist, the names of those that do; [`QueryError::Output`].
+/// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words and, where a table or a column
+/// does not exist, the names of those that do; [`QueryError::Output`].
 pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Result<(), QueryError> {
     let conn = open_existing(dir)?;
     samples_table::add_to(&conn, dir)?;
@@ -48,7 +48,8 @@ pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Resu
 /// A few jobs of each kind, clogs first.
 const EXAMPLES: &str = "
     SELECT job_id, model, gamma, e_w, w_ob, seed, coalesce(outcome, error_class) AS ended, mechanism, r_end FROM (
-        SELECT *, row_number() OVER (PARTITION BY model, outcome, error_class, mechanism ORDER BY gamma, e_w, seed) AS place
+        SELECT *, row_number() OVER
+            (PARTITION BY model, outcome, error_class, mechanism ORDER BY gamma, e_w, seed) AS place
         FROM runs LEFT JOIN (SELECT job_id, mechanism FROM clog_events) USING (job_id)
         WHERE state IN ('done', 'failed'))
     WHERE place <= 3 ORDER BY outcome IS NOT 'clogged', outcome, mechanism, model, place LIMIT 24";

@@ -9,8 +9,8 @@ use crate::store::read::{open_existing, samples_table};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
-/// What each of the jobs left, in their order: `None` for one that has not ended or is unknown. Time series are read only if
-/// `with_samples`.
+/// What each of the jobs left, in their order: `None` for one that has not ended or is unknown. Time series are read
+/// only if `with_samples`.
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; what SQLite reports.

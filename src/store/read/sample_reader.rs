@@ -1,7 +1,7 @@
 //! Finding and reading recorded series through the catalogue, while a run may be adding to it.
 //!
-//! A lookup of one job decodes just its rows. A join that walks through many small jobs of one file would decode the same
-//! page again and again. So a lookup close to the last one decodes the pages around it whole, and keeps them.
+//! A lookup of one job decodes just its rows. A join that walks through many small jobs of one file would decode the
+//! same page again and again. So a lookup close to the last one decodes the pages around it whole, and keeps them.
 
 use crate::store::error::StoreError;
 use crate::store::folders::database;
@@ -69,8 +69,8 @@ impl SampleReader {
     pub(super) fn open(dir: &Path) -> Result<Self, StoreError> {
         let announced = lock::announce_reader(dir);
         let conn = open_existing(dir)?;
-        // One look at the catalogue serves all lookups. It is taken at the first of them, and so after the statement that
-        // asks has taken its own: every run which that statement sees has its samples here.
+        // One look at the catalogue serves all lookups. It is taken at the first of them, and so after the statement
+        // that asks has taken its own: every run which that statement sees has its samples here.
         conn.execute_batch("BEGIN").map_err(StoreError::sql(&database(dir)))?;
         let state = State { conn, footers: HashMap::new(), verified: HashSet::new(), last: None };
         Ok(Self { dir: dir.to_owned(), state: Mutex::new(state), _announced: announced })
@@ -135,8 +135,8 @@ impl State {
         span.optional()
     }
 
-    /// Compares the bytes of a file with its checksum, before its first row is read. So no number of a damaged file gets
-    /// out, and the Parquet library, which can panic, never sees a damaged file.
+    /// Compares the bytes of a file with its checksum, before its first row is read. So no number of a damaged file
+    /// gets out, and the Parquet library, which can panic, never sees a damaged file.
     fn verify(&self, dir: &Path, path: &str) -> Result<(), StoreError> {
         let find = || {
             let mut statement = self.conn.prepare_cached("SELECT checksum FROM sample_files WHERE path = ?1")?;

@@ -1,7 +1,7 @@
 //! The table `samples`: the catalogued Parquet files as a read-only SQLite table.
 //!
-//! The catalogue answers `job_id = ?`, so SQLite is told that such a lookup is cheap and a full scan dear. In a join it then
-//! loops over jobs and looks up the samples of each. Only the columns that a statement reads are decoded.
+//! The catalogue answers `job_id = ?`, so SQLite is told that such a lookup is cheap and a full scan dear. In a join
+//! it then loops over jobs and looks up the samples of each. Only the columns that a statement reads are decoded.
 //!
 //! The traits of `rusqlite::vtab` are unsafe because SQLite takes a pointer to each struct for one to its first field:
 //! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else here is unsafe.

@@ -1,12 +1,12 @@
 //! The tables of a store, and how a database of an earlier program becomes one of this program.
 //!
-//! The texts in `migrations/` are the whole of it. They are a flat list, and SQLite's `user_version` counts how many of
-//! them a database has had. To change a table, append a text; a released text never changes. `application_id` says that a
-//! database is a store at all.
+//! The texts in `migrations/` are the whole of it. They are a flat list, and SQLite's `user_version` counts how many
+//! of them a database has had. To change a table, append a text; a released text never changes. `application_id` says
+//! that a database is a store at all.
 //!
-//! **Compatibility.** Every schema so far is upgraded, and a test opens a store of each (`tests/store/fixtures`). A newer
-//! one is refused before anything is touched, with both numbers. People query the views. A view that is given up stays
-//! under its old name.
+//! **Compatibility.** Every schema so far is upgraded, and a test opens a store of each (`tests/store/fixtures`). A
+//! newer one is refused before anything is touched, with both numbers. People query the views. A view that is given up
+//! stays under its old name.
 //!
 //! **Durability.** An older database is copied to `store.db.schema-N` first. Then all that it lacks is one transaction,
 //! so a crash leaves it as it was or as it shall be.

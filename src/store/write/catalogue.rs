@@ -23,7 +23,8 @@ pub(in crate::store) struct JobSpan {
 
 /// The files of the catalogue, oldest first.
 pub(in crate::store) fn list(conn: &Connection) -> rusqlite::Result<Vec<CataloguedFile>> {
-    let mut statement = conn.prepare_cached("SELECT key, path, rows, bytes, checksum FROM sample_files ORDER BY key")?;
+    let mut statement =
+        conn.prepare_cached("SELECT key, path, rows, bytes, checksum FROM sample_files ORDER BY key")?;
     let files = statement.query_map([], |row| {
         let (rows, bytes) = (row.get::<_, i64>(2)? as u64, row.get::<_, i64>(3)? as u64);
         let file = SampleFile { path: row.get(1)?, rows, bytes, checksum: row.get(4)? };

@@ -1,16 +1,17 @@
-//! How a batch of outcomes gets in: first its samples as one file, safely on disk; then everything else in one transaction.
+//! How a batch of outcomes gets in: first its samples as one file, safely on disk; then everything else in one
+//! transaction.
 //!
 //! A crash between the two leaves a file that no row names, which the next opening removes. Committing a batch twice is
 //! harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::{Clog, Failure, Samples, Trajectory};
+use crate::store::disk;
 use crate::store::error::StoreError;
 use crate::store::folders::{database, dump_path};
 use crate::store::sample_file::{self, SampleFile};
-use crate::store::write::{Store, catalogue};
 use crate::store::write::outlines::save_outlines;
-use crate::store::disk;
+use crate::store::write::{Store, catalogue};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::HashSet;
 use std::path::Path;

@@ -1,11 +1,12 @@
 //! Compaction: many small sample files become one, so that a store of short jobs is not a folder of ten thousand files.
 //!
-//! Files are sorted by size into tiers, each sixteen times the one below, and a full tier is merged. So a row is written
-//! anew once for each tier that it passes: three times from a few kilobytes to the size at which files are left alone.
+//! Files are sorted by size into tiers, each sixteen times the one below, and a full tier is merged. So a row is
+//! written anew once for each tier that it passes: three times from a few kilobytes to the size at which files are
+//! left alone.
 //!
-//! The new file is safely on disk before one transaction swaps the rows of the catalogue. Only then do the old files go,
-//! and not while a reader may still need them ([`lock`](crate::store::lock)). Those that stay are no longer catalogued and
-//! go later, as orphans.
+//! The new file is safely on disk before one transaction swaps the rows of the catalogue. Only then do the old files
+//! go, and not while a reader may still need them ([`lock`](crate::store::lock)). Those that stay are no longer
+//! catalogued and go later, as orphans.
 
 use crate::store::disk;
 use crate::store::error::StoreError;

@@ -1,20 +1,21 @@
 //! Writing a store: one process, one thread, and every outcome exactly once.
 //!
 //! `commit.rs` is the heart: how a batch of outcomes gets in. `writer.rs` is the thread that collects batches,
-//! `patience.rs` how long it waits for a disk that fails, `compact.rs` what it does with many small files. `register.rs`
-//! writes plans, `fits.rs` the answers of a fit, `orphans.rs` clears up after a crash.
+//! `patience.rs` how long it waits for a disk that fails, `compact.rs` what it does with many small files.
+//! `register.rs` writes plans, `fits.rs` the answers of a fit, `orphans.rs` clears up after a crash.
 //!
 //! **Locking.** [`Store`] holds the lock of the store for as long as it lives, and with it the only connection that
-//! writes. [`Writer`](crate::store::Writer) takes the store into its thread; workers send it outcomes over a channel, so
-//! no worker ever waits for SQLite, and none sees `database is locked`.
+//! writes. [`Writer`](crate::store::Writer) takes the store into its thread; workers send it outcomes over a channel,
+//! so no worker ever waits for SQLite, and none sees `database is locked`.
 //!
 //! **Compatibility.** Opening upgrades an older schema ([`schema`]). Registering adds, and changes nothing.
 //!
-//! **Performance.** With `synchronous = FULL` a commit costs a flush of the disk, about a millisecond. So outcomes commit
-//! in groups, when enough have come or the oldest has waited a second. Small sample files are merged sixteen at a time.
+//! **Performance.** With `synchronous = FULL` a commit costs a flush of the disk, about a millisecond. So outcomes
+//! commit in groups, when enough have come or the oldest has waited a second. Small sample files are merged sixteen at
+//! a time.
 //!
-//! **Durability.** What is said to be committed survives a power cut. A crash at any instant leaves a store that the next
-//! opening makes whole: `tests/store/every_fault.rs` tries every instant there is.
+//! **Durability.** What is said to be committed survives a power cut. A crash at any instant leaves a store that the
+//! next opening makes whole: `tests/store/every_fault.rs` tries every instant there is.
 
 pub(super) mod catalogue;
 mod commit;
@@ -116,7 +117,8 @@ impl Store {
         let retry = || {
             let reset = transaction.execute(
                 "UPDATE jobs SET state = 'pending' WHERE physics_version = ?1 AND state = 'failed' AND key IN
-                     (SELECT job FROM outcomes WHERE error_class IS NOT NULL AND error_class = coalesce(?2, error_class))",
+                     (SELECT job FROM outcomes
+                      WHERE error_class IS NOT NULL AND error_class = coalesce(?2, error_class))",
                 (PHYSICS_VERSION, class),
             )?;
             transaction.execute_batch(

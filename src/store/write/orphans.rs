@@ -40,7 +40,8 @@ fn catalogued(conn: &Connection) -> rusqlite::Result<HashSet<OsString>> {
     names.collect()
 }
 
-/// Removes sample files that no row names. While readers may still look at some of them, it leaves all for the next time.
+/// Removes sample files that no row names. While readers may still look at some of them, it leaves all for the next
+/// time.
 pub(super) fn remove_samples(store: &Store) -> Result<(), StoreError> {
     let Some(_alone) = lock::without_readers(&store.dir)? else { return Ok(()) };
     for path in samples(&store.dir, &store.conn)? {

@@ -1,5 +1,5 @@
-//! How long the writer waits when saving fails: on a full disk until there is room, otherwise a few times. Once the run is to
-//! end it waits no longer than for a few more attempts.
+//! How long the writer waits when saving fails: on a full disk until there is room, otherwise a few times. Once the
+//! run is to end it waits no longer than for a few more attempts.
 
 use crate::store::error::StoreError;
 use std::error::Error;

@@ -70,8 +70,8 @@ pub struct Provenance<'a> {
 impl Store {
     /// Adds a campaign, its points and one pending job a seed, where they are not there yet, in one transaction.
     ///
-    /// Nothing that is there changes: a job that another campaign brought stays with that campaign, and keeps its state and
-    /// result.
+    /// Nothing that is there changes: a job that another campaign brought stays with that campaign, and keeps its
+    /// state and result.
     ///
     /// # Errors
     /// [`StoreError::SeedTooLarge`]; else what SQLite reports, and then nothing was added.
@@ -112,8 +112,8 @@ impl Store {
         Ok(key)
     }
 
-    /// Notes that the run that [`Store::begin_run`] began has ended, and sets jobs under way back to `pending`. Without such a
-    /// run it does nothing.
+    /// Notes that the run that [`Store::begin_run`] began has ended, and sets jobs under way back to `pending`.
+    /// Without such a run it does nothing.
     ///
     /// # Errors
     /// What SQLite reports.

@@ -1,10 +1,10 @@
 //! The one thread that writes: outcomes come over a channel and commit in groups.
 //!
-//! A group commits when it is large enough, or when its oldest message has waited long enough. So a crash costs at most the
-//! work of that time, and a million tiny jobs do not cost a million disk flushes.
+//! A group commits when it is large enough, or when its oldest message has waited long enough. So a crash costs at
+//! most the work of that time, and a million tiny jobs do not cost a million disk flushes.
 //!
-//! When a commit fails, the batch is kept and tried again: without end while the disk is full, a few times for any other
-//! reason. After the last try, or when the run is to end, the writer stops, and [`Writer::finish`] says why.
+//! When a commit fails, the batch is kept and tried again: without end while the disk is full, a few times for any
+//! other reason. After the last try, or when the run is to end, the writer stops, and [`Writer::finish`] says why.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::{Failure, FailureClass, Trajectory};
@@ -80,8 +80,8 @@ pub struct OutcomeSender(
 );
 
 impl OutcomeSender {
-    /// Hands a message over. An outcome waits for a place in the queue. A [`Message::Started`] is dropped when there is no
-    /// place, because the outcome makes up for it.
+    /// Hands a message over. An outcome waits for a place in the queue. A [`Message::Started`] is dropped when there
+    /// is no place, because the outcome makes up for it.
     ///
     /// # Errors
     /// [`WriterStopped`].
@@ -241,8 +241,8 @@ fn rows(trajectory: &Trajectory) -> usize {
     trajectory.samples.len() + vertices / 4
 }
 
-/// Makes a failed run of a trajectory with a number that SQL cannot keep, or with columns of different lengths: it must not
-/// keep the others of its batch from being saved.
+/// Makes a failed run of a trajectory with a number that SQL cannot keep, or with columns of different lengths: it
+/// must not keep the others of its batch from being saved.
 fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     let step = trajectory.steps;
     let last_outline = trajectory.outlines.iter().rfind(|outline| outline.is_sound());
