@@ -69,10 +69,10 @@ pub enum StoreError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// The database is not what was written.
+    /// The database or a sample file is not what was written.
     #[error("{} is damaged: {problem}; `meniscus check DIR --repair` saves what can be saved", path.display())]
     Damaged {
-        /// The database.
+        /// The file.
         path: PathBuf,
         /// What is wrong with it.
         problem: String,

@@ -91,17 +91,13 @@ impl<'a> Examination<'a> {
 
     /// Copies the database into quarantine before rows of it change, at most once a repair; returns where the copy is.
     fn copy_database(&mut self, store: &Store) -> Result<String, StoreError> {
-        let path = database_of(self.dir);
-        let place = match self.copy.take() {
-            Some(place) => place,
-            None => {
-                let place = quarantine::place_for(self.dir, &path)?;
-                schema::copy_to(&store.conn, &path, &place)?;
-                place
-            }
-        };
-        let name = self.within(&place);
-        self.copy = Some(place);
+        let (path, made) = (database_of(self.dir), self.copy.take());
+        let copy = made.map_or_else(|| quarantine::place_for(self.dir, &path), Ok)?;
+        if !copy.exists() {
+            schema::copy_to(&store.conn, &path, &copy)?;
+        }
+        let name = self.within(&copy);
+        self.copy = Some(copy);
         Ok(name)
     }
 
@@ -114,7 +110,7 @@ impl<'a> Examination<'a> {
     fn leftovers(&mut self, conn: &Connection) -> Result<(), StoreError> {
         checkpoints::examine(self, conn)?;
         for path in orphans::files(self.dir, conn)? {
-            self.put_aside(&path, "it belongs to no outcome: a crash left it", "nothing is lost")?;
+            self.put_aside(&path, "it belongs to no outcome: a crash left it", "`run` does not need it")?;
         }
         Ok(())
     }

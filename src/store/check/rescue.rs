@@ -46,8 +46,8 @@ pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<Pat
         let size = seal.page_size();
         bytes.resize(seal.n_pages() * size, 0);
         for page in pages.iter().filter(|&&page| page < seal.n_pages()) {
-            // Pages of other kinds never start with this byte, it is not UTF-8, and a number made of it is not a
-            // number.
+            // No page of SQLite starts with this byte, and it occurs in no UTF-8 text, so SQLite refuses what it needs
+            // of such a page.
             bytes[page * size..][..size].fill(0xFF);
         }
         bytes[..size].copy_from_slice(&seal.first_page);

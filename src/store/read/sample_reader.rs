@@ -1,4 +1,4 @@
-//! Finding and reading recorded series through the catalogue, while a run may be adding to it.
+//! Finds and reads recorded series through the catalogue, while a run may be adding to it.
 //!
 //! A lookup of one job decodes just its rows. A join that walks through many small jobs of one file would decode the
 //! same page again and again. So a lookup close to the last one decodes the pages around it whole, and keeps them.
@@ -58,9 +58,9 @@ struct DecodedSpan {
 pub(super) enum JobRows {
     /// Nothing was recorded, or the job is unknown.
     None,
-    /// All at once.
+    /// All its rows at once.
     Decoded(RecordBatch),
-    /// Too many for that.
+    /// A reader that decodes them in parts, because they are many.
     Streamed(ParquetRecordBatchReader),
 }
 
