@@ -170,7 +170,9 @@ fn two_damaged_pages_cost_the_jobs_in_them_and_not_those_between() {
     let kept = (1..pages / 2).map(|page| {
         let dir = scratch();
         copy(whole.path(), dir.path());
-        [page, page + pages / 2].map(|page| flip(&dir.path().join("store.db"), 4096 * page + 2000));
+        for page in [page, page + pages / 2] {
+            flip(&dir.path().join("store.db"), 4096 * page + 2000);
+        }
         repair(dir.path()).unwrap();
         assert_eq!(check(dir.path()).unwrap().findings, [], "page {page}");
         value::<i64>(dir.path(), "SELECT count(*) FROM jobs WHERE state = 'done'")
