@@ -9,7 +9,7 @@ use crate::report::droplet::Picture;
 use crate::report::raster::png;
 use crate::report::surroundings::Surroundings;
 use crate::report::view::View;
-use crate::store::{self, Format, JobStory, StoredJob};
+use crate::store::{self, JobStory, StoredJob};
 use clap::ValueEnum;
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,6 @@ const FEWEST_DIGITS: usize = 4;
 
 /// Enlargement of PNG and of GIF.
 const ZOOM: (f32, f32) = (2.0, 0.75);
-
-/// A few jobs of each kind, clogs first.
-const EXAMPLES: &str = "
-    SELECT job_id, model, gamma, e_w, w_ob, seed, coalesce(outcome, error_class) AS ended, mechanism, r_end FROM (
-        SELECT *, row_number() OVER (PARTITION BY model, outcome, error_class, mechanism ORDER BY gamma, e_w, seed) AS place
-        FROM runs LEFT JOIN (SELECT job_id, mechanism FROM clog_events) USING (job_id)
-        WHERE state IN ('done', 'failed'))
-    WHERE place <= 3 ORDER BY outcome IS NOT 'clogged', outcome, mechanism, model, place LIMIT 24";
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -78,7 +70,7 @@ impl Arguments {
     /// Lists jobs to choose from.
     fn list(&self) -> CommandResult {
         let mut table = Vec::new();
-        store::query(&self.store, EXAMPLES, Format::Table, &mut table)?;
+        store::example_jobs(&self.store, &mut table)?;
         print(&table)?;
         eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
         Ok(Exit::Done)

@@ -6,7 +6,7 @@ use crate::cli::{CommandResult, Exit, store_here};
 use crate::execute::Progress;
 use crate::execute::machine_speed;
 use crate::physics::simd;
-use crate::store::{RunProgress, StateCounts, Status, Work, status, work};
+use crate::store::{LastRun, RunProgress, StateCounts, Status, last_run, status};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -32,8 +32,8 @@ impl Arguments {
             Some(_) => {
                 let speed = machine_speed::measure(simd::best_instruction_set());
                 let left =
-                    |work: Work| Progress::seen(&work.points, |point| speed.expected_s(point)).time_left(work.elapsed);
-                work(&dir)?.and_then(left)
+                    |run: LastRun| Progress::seen(&run.points, |point| speed.expected_s(point)).time_left(run.elapsed);
+                last_run(&dir)?.and_then(left)
             }
             None => None,
         };

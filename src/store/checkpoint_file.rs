@@ -6,12 +6,12 @@
 //! bytes 40..     format version, physics version, job id (postcard), then the state, which is not looked into here
 //! ```
 //!
-//! A file is written aside, flushed, renamed and its folder flushed: under its name there is the state before or the
-//! state after, and nothing between. There is one file a job, replaced and never appended to, of at most
-//! [`LARGEST`] bytes.
+//! A file is written aside, flushed and renamed, and then its folder is flushed. So under its name there is always a
+//! whole state: the one before or the one after. Each job has one file, which is replaced and never appended to.
 
 use crate::parameters::{JobId, PHYSICS_VERSION};
-use crate::store::{StoreError, disk, sync};
+use crate::store::disk;
+use crate::store::error::StoreError;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -24,21 +24,21 @@ const MAGIC: &[u8; 8] = b"MENISCK1";
 const PREFIX: usize = 8 + blake3::OUT_LEN;
 
 /// Version of what stands behind the checksum; raised whenever the state is written in another way.
-pub const FORMAT_VERSION: u32 = 1;
+const FORMAT_VERSION: u32 = 1;
 
 /// Largest file that is written or read, in bytes.
-pub const LARGEST: u64 = 1 << 30;
+const LARGEST: u64 = 1 << 30;
 
 /// What a sound file holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Payload {
+pub(crate) struct Payload {
     /// Whose state it is.
     pub job: JobId,
     /// The state, as its owner encoded it.
     pub state: Vec<u8>,
 }
 
-/// What stands before the state. The version comes first, so that it can be read whatever follows it.
+/// What stands before the state. The version comes first, so that it can be read even if the rest has another form.
 #[derive(Serialize, Deserialize)]
 struct Header {
     format: u32,
@@ -61,7 +61,7 @@ pub enum CheckpointError {
         problem: String,
     },
     /// A program of another version wrote it.
-    #[error("{} is of another version: {found}, and this program reads {known}", path.display())]
+    #[error("{} was written as {found}, and this program reads {known}", path.display())]
     OtherVersion {
         /// The file.
         path: PathBuf,
@@ -81,12 +81,12 @@ pub enum CheckpointError {
 }
 
 /// Where the state of `job` stands in `folder`.
-pub fn path_of(folder: &Path, job: JobId) -> PathBuf {
+pub(crate) fn path_of(folder: &Path, job: JobId) -> PathBuf {
     folder.join(format!("{job}.ckpt"))
 }
 
-/// The job that the name of a file stands for; `None` if it is no name of a checkpoint.
-pub fn job_of(path: &Path) -> Option<JobId> {
+/// The job that a file is named after; `None` if it is not named as a checkpoint.
+pub(crate) fn job_of(path: &Path) -> Option<JobId> {
     (path.extension() == Some(OsStr::new("ckpt"))).then(|| path.file_stem()?.to_str()?.parse().ok()).flatten()
 }
 
@@ -104,7 +104,7 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
     }
     let half = path.with_extension("ckpt.tmp");
     let header = Header { format: FORMAT_VERSION, physics: PHYSICS_VERSION, job: job.to_string() };
-    let header = postcard::to_stdvec(&header).expect("two numbers and a text can be encoded");
+    let header = postcard::to_stdvec(&header).expect("two numbers and a text can always be encoded");
     let checksum = blake3::Hasher::new().update(&header).update(state).finalize();
     let write_half = || {
         let file = disk::create(&half)?;
@@ -118,7 +118,7 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
         let _ = std::fs::remove_file(&half);
         return Err(error);
     }
-    sync(folder)?;
+    disk::sync_folder(folder)?;
     Ok(path)
 }
 
@@ -126,7 +126,7 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
 ///
 /// # Errors
 /// [`CheckpointError`]; no bytes whatever make it panic.
-pub fn read(path: &Path) -> Result<Payload, CheckpointError> {
+pub(crate) fn read(path: &Path) -> Result<Payload, CheckpointError> {
     let damaged = |problem: &str| CheckpointError::Damaged { path: path.to_owned(), problem: problem.to_owned() };
     let bytes = read_bytes(path).map_err(|source| match source.kind() {
         ErrorKind::NotFound => CheckpointError::Missing(path.to_owned()),
@@ -136,13 +136,13 @@ pub fn read(path: &Path) -> Result<Payload, CheckpointError> {
         return Err(damaged("it is too short"));
     };
     if magic != MAGIC {
-        return Err(damaged("it does not begin as a checkpoint"));
+        return Err(damaged("it does not begin as checkpoints do"));
     }
     if bytes.len() as u64 > LARGEST {
         return Err(damaged("it is larger than any checkpoint"));
     }
     if checksum != blake3::hash(body).as_bytes() {
-        return Err(damaged("its bytes do not have its checksum"));
+        return Err(damaged("its bytes do not match its checksum"));
     }
     let other = |found: String, known: String| CheckpointError::OtherVersion { path: path.to_owned(), found, known };
     let (format, _) = postcard::take_from_bytes::<u32>(body).map_err(|_| damaged("it has no version"))?;
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_none_is_told_apart_from_one_of_another_version() {
+    fn no_file_and_one_of_another_version_are_told_apart() {
         let dir = tempfile::tempdir().unwrap();
         assert!(matches!(read(&path_of(dir.path(), job())), Err(CheckpointError::Missing(_))));
         assert!(matches!(read(dir.path()), Err(CheckpointError::Io { .. })));

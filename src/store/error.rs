@@ -1,7 +1,7 @@
 //! What can go wrong with a store, each with the place and the next step.
 
 use crate::parameters::JobId;
-use crate::store::lock::Holder;
+use crate::store::holder::Holder;
 use rusqlite::ErrorCode;
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,10 @@ pub enum StoreError {
         known: usize,
     },
     /// An earlier program wrote this store, and reading must not change it.
-    #[error("{} has the older schema {found}: `meniscus run` or `meniscus fit` migrates it, keeping a backup", path.display())]
+    #[error(
+        "{} has the older schema {found}: `meniscus run` or `meniscus fit` upgrades it and keeps a backup",
+        path.display()
+    )]
     Older {
         /// The database.
         path: PathBuf,
@@ -48,8 +51,8 @@ pub enum StoreError {
     Foreign(PathBuf),
     /// The folder lies where SQLite's write-ahead log cannot work.
     #[error(
-        "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store \
-         (if you know that only this machine has it mounted, set MENISCUS_TRUST_FILE_SYSTEM=1)",
+        "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store, or, if you know \
+         that only this machine has it mounted, set MENISCUS_TRUST_FILE_SYSTEM=1",
         dir.display()
     )]
     NetworkFileSystem {
@@ -66,10 +69,10 @@ pub enum StoreError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// The database is not what was written.
+    /// The database or a sample file is not what was written.
     #[error("{} is damaged: {problem}; `meniscus check DIR --repair` saves what can be saved", path.display())]
     Damaged {
-        /// The database.
+        /// The file.
         path: PathBuf,
         /// What is wrong with it.
         problem: String,
@@ -91,7 +94,7 @@ pub enum StoreError {
         source: parquet::errors::ParquetError,
     },
     /// A row holds what no program of this schema writes.
-    #[error("store row of {row}: {problem}; `meniscus check DIR` examines the whole store")]
+    #[error("the store's row of {row} cannot be used: {problem}; `meniscus check DIR` examines the whole store")]
     Corrupt {
         /// Which row.
         row: String,
@@ -99,13 +102,15 @@ pub enum StoreError {
         problem: String,
     },
     /// A seed too large for SQLite's integers.
-    #[error("seed {0} is too large: seeds end below 2^63")]
+    #[error("seed {0} is too large: choose seeds below 2^63")]
     SeedTooLarge(u64),
     /// An outcome came for a job that was never registered.
     #[error("job {0} is not in the store, so its outcome could not be kept: register it before it runs")]
     UnknownJob(JobId),
     /// The writer could not save outcomes and stopped trying.
-    #[error("{unsaved} outcomes could not be saved in {attempts} attempts ({source}): free the disk, then `run` again")]
+    #[error(
+        "{unsaved} outcomes could not be saved in {attempts} attempts ({source}): see to the disk, then `run` again"
+    )]
     GaveUp {
         /// Outcomes lost, to be computed again.
         unsaved: usize,
@@ -124,6 +129,13 @@ fn hint(source: &rusqlite::Error) -> &'static str {
     match source.sqlite_error_code() {
         Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
             "; `meniscus check DIR --repair` saves what can be saved"
+        }
+        Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly) => {
+            "; SQLite needs the right to write in the folder, even to read: ask for it, or copy the whole folder"
+        }
+        Some(ErrorCode::DiskFull) => "; free some space, then do the same again",
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
+            "; another program holds the database: close it, then do the same again"
         }
         _ => "",
     }

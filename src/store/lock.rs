@@ -1,55 +1,41 @@
-//! One writer at a time: a lock that the kernel releases with the process, however it ends.
+//! Who may use a store: the lock of the one process that writes, and that of those who read samples.
 //!
-//! The file `lock` also holds pid and host of its holder, so that a refusal can name them. The text alone means nothing:
-//! only the kernel's lock does. WAL needs shared memory between processes, hence the refusal of network file systems.
+//! Both are locks of the kernel on an open file, which it releases with the process, however that ends; so there are no
+//! stale lock files. The file `lock` also holds pid and host of its holder, so that a refusal can name them. That text
+//! alone means nothing.
+//!
+//! A reader holds the file `readers`, shared, while its look at the catalogue lasts. Whoever can take that lock alone
+//! knows that nobody looks at an older catalogue, and may remove files that the present one does not list.
+//!
+//! SQLite's write-ahead log needs memory shared between processes, which network file systems do not give: they are
+//! refused.
 
-use crate::store::StoreError;
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use crate::store::error::StoreError;
+use crate::store::holder::Holder;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// A process that writes a store.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Holder {
-    /// Its process id; `None` in the instant before the holder has written it.
-    pub pid: Option<u32>,
-    /// The machine it runs on.
-    pub host: String,
-}
-
-impl fmt::Display for Holder {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.pid {
-            Some(pid) => write!(f, "process {pid} on {}", self.host),
-            None => write!(f, "another process that has just started"),
-        }
-    }
-}
-
-impl Holder {
-    /// This process.
-    pub fn this_process() -> Self {
-        let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
-        Self { pid: Some(std::process::id()), host }
-    }
-
-    fn read(file: &mut File) -> Self {
-        let mut text = String::new();
-        // An unreadable or half-written file only costs the name of the holder.
-        let _ = file.rewind().and_then(|()| file.read_to_string(&mut text));
-        let (pid, host) = text.trim().split_once(' ').unwrap_or_default();
-        Self { pid: pid.parse().ok(), host: host.to_owned() }
-    }
-}
-
-/// Set to 1 by who knows that a file system, named like a network's, has coherent shared memory (FUSE on a local disk).
+/// Set to 1 by those who know that a file system has coherent shared memory although it is named like a network's (FUSE
+/// on a local disk).
 const TRUST: &str = "MENISCUS_TRUST_FILE_SYSTEM";
 
 fn path(dir: &Path) -> PathBuf {
     dir.join("lock")
+}
+
+/// Opens a file to be locked, and makes it if need be.
+fn open(path: &Path) -> std::io::Result<File> {
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
+}
+
+/// Reads who holds the lock. An unreadable or half-written file only costs the name of the holder.
+fn read_holder(file: &mut File) -> Holder {
+    let mut text = String::new();
+    let _ = file.rewind().and_then(|()| file.read_to_string(&mut text));
+    let (pid, host) = text.trim().split_once(' ').unwrap_or_default();
+    Holder { pid: pid.parse().ok(), host: host.to_owned() }
 }
 
 /// Takes the lock of the store in `dir` and writes this process's name into it; it lasts as long as the file is open.
@@ -58,9 +44,8 @@ fn path(dir: &Path) -> PathBuf {
 /// [`StoreError::Locked`], naming the holder.
 pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
     let path = path(dir);
-    let open = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
-    let mut file = open.map_err(StoreError::io(&path))?;
-    // `holder` below holds the lock for an instant, so a first refusal is asked again.
+    let mut file = open(&path).map_err(StoreError::io(&path))?;
+    // `holder` below takes the lock for an instant, so after a refusal it is tried again.
     for pause_ms in [5, 20, 50, 100, 0] {
         match file.try_lock() {
             Ok(()) => {
@@ -75,15 +60,35 @@ pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
             Err(TryLockError::Error(source)) => return Err(StoreError::Io { path, source }),
         }
     }
-    Err(StoreError::Locked { dir: dir.to_owned(), holder: Holder::read(&mut file) })
+    Err(StoreError::Locked { dir: dir.to_owned(), holder: read_holder(&mut file) })
 }
 
 /// Who holds the lock of the store in `dir` now, if anyone does.
 pub(super) fn holder(dir: &Path) -> Option<Holder> {
     let mut file = File::open(path(dir)).ok()?;
     match file.try_lock_shared() {
-        Err(TryLockError::WouldBlock) => Some(Holder::read(&mut file)),
+        Err(TryLockError::WouldBlock) => Some(read_holder(&mut file)),
         _ => None,
+    }
+}
+
+/// Announces a reader, before it takes its look; `None` in a folder that cannot be written to, where nobody removes
+/// files.
+pub(super) fn announce_reader(dir: &Path) -> Option<File> {
+    let path = dir.join("readers");
+    let file = open(&path).or_else(|_| File::open(&path)).ok()?;
+    file.lock_shared().ok()?;
+    Some(file)
+}
+
+/// Keeps readers waiting if there are none now; `None` if there are.
+pub(super) fn without_readers(dir: &Path) -> Result<Option<File>, StoreError> {
+    let path = dir.join("readers");
+    let file = open(&path).map_err(StoreError::io(&path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(source)) => Err(StoreError::Io { path, source }),
     }
 }
 

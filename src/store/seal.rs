@@ -1,21 +1,24 @@
-//! A seal on a database that is closed: its first page and a short hash of every page.
+//! A seal on a closed database: its first page, and a short hash of every page.
 //!
-//! SQLite has no checksums of its own, so a byte that changes on the disk between two runs would go unseen, or be seen
-//! too late. The file `store.db.seal` is written when a store is closed and removed before anything is written to it
-//! again; so while it is there, the database must be what it says. A process that is killed leaves no seal, and the
-//! database is then judged by SQLite's own `integrity_check` and by the laws of its header.
+//! SQLite has no checksums of its own. A byte that changes on the disk between two runs would go unseen, or be seen
+//! too late. So the file `store.db.seal` is written when a store is closed, and removed before anything is written to
+//! it again; while it is there, the database must be what it says. A process that is killed leaves no seal, and the
+//! database is then judged by SQLite's own `integrity_check` and by what every store has in its header.
 //!
-//! The file itself begins with a magic word and the blake3 of the rest.
+//! The file is a magic word, the blake3 of the rest, the page size (u32, little-endian), the first page, and eight
+//! bytes of the blake3 of each page.
 
-use crate::store::{StoreError, database, disk};
+use crate::store::disk;
+use crate::store::error::StoreError;
+use crate::store::folders::{database, log};
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"MNSCSEAL";
 
-/// Bytes of a page hash.
-const SHORT: usize = 8;
+/// The first bytes of the blake3 of a page.
+type PageHash = [u8; 8];
 
 /// Where the seal of the store in `dir` is.
 pub(super) fn path(dir: &Path) -> PathBuf {
@@ -28,70 +31,59 @@ pub(super) struct Seal {
     /// Its first page, header included.
     pub first_page: Vec<u8>,
     /// A hash of each page.
-    hashes: Vec<[u8; SHORT]>,
+    hashes: Vec<PageHash>,
 }
 
-/// What a look for a seal finds.
+/// What became of the seal of a store.
 #[derive(Debug, PartialEq)]
-pub(super) enum Found {
-    /// There is none: the last process was killed, or is at work.
-    None,
-    /// There is one.
-    Whole(Seal),
-    /// The seal itself is damaged.
-    Broken,
-}
-
-/// The write-ahead log beside the database.
-pub(super) fn log(dir: &Path) -> PathBuf {
-    dir.join("store.db-wal")
+pub(super) enum SealState {
+    /// There is none: the last process was killed, or is at work, or another program wrote the database.
+    Absent,
+    /// It can be relied on.
+    Sound(Seal),
+    /// It is damaged itself.
+    Damaged,
 }
 
 /// The page size that a database header states; `None` if it states none that exists.
 pub(super) fn page_size(header: &[u8]) -> Option<usize> {
-    let [high, low] = header.get(16..18)?.try_into().ok()?;
-    match u16::from_be_bytes([high, low]) {
+    match u16::from_be_bytes(header.get(16..18)?.try_into().ok()?) {
         1 => Some(65536),
         size if size >= 512 && size.is_power_of_two() => Some(size.into()),
         _ => None,
     }
 }
 
-fn short_hash(page: &[u8]) -> [u8; SHORT] {
-    let mut short = [0; SHORT];
-    short.copy_from_slice(&blake3::hash(page).as_bytes()[..SHORT]);
-    short
+/// The first bytes of the database, at most `most`.
+pub(super) fn beginning(dir: &Path, most: usize) -> Result<Vec<u8>, StoreError> {
+    let (path, mut bytes) = (database(dir), Vec::new());
+    let read = File::open(&path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
+    read.map_err(StoreError::io(&path)).map(|_| bytes)
 }
 
-/// Calls `each` with every page of the file, the last one perhaps shorter.
-fn pages(path: &Path, size: usize, mut each: impl FnMut(&[u8])) -> Result<(), StoreError> {
-    let mut file = File::open(path).map_err(StoreError::io(path))?;
-    let mut block = Vec::with_capacity(256 * size);
+/// The hashes of all pages of the database, the last one perhaps shorter than `size` bytes.
+fn page_hashes(dir: &Path, size: usize) -> Result<Vec<PageHash>, StoreError> {
+    let path = database(dir);
+    let mut file = BufReader::with_capacity(1 << 20, File::open(&path).map_err(StoreError::io(&path))?);
+    let (mut hashes, mut page) = (Vec::new(), Vec::with_capacity(size));
     loop {
-        block.clear();
-        let read = file.by_ref().take(256 * size as u64).read_to_end(&mut block).map_err(StoreError::io(path))?;
-        if read == 0 {
-            return Ok(());
+        page.clear();
+        file.by_ref().take(size as u64).read_to_end(&mut page).map_err(StoreError::io(&path))?;
+        if page.is_empty() {
+            return Ok(hashes);
         }
-        block.chunks(size).for_each(&mut each);
+        let mut hash = PageHash::default();
+        hash.copy_from_slice(&blake3::hash(&page).as_bytes()[..size_of::<PageHash>()]);
+        hashes.push(hash);
     }
 }
 
 impl Seal {
-    /// Looks at the database of the store in `dir`; `None` if it is empty or its header is none.
+    /// Looks at the database of the store in `dir`; `None` if it does not begin with a whole page.
     fn of(dir: &Path) -> Result<Option<Self>, StoreError> {
-        let path = database(dir);
-        let mut header = Vec::new();
-        File::open(&path).and_then(|file| file.take(100).read_to_end(&mut header)).map_err(StoreError::io(&path))?;
-        let Some(size) = page_size(&header) else { return Ok(None) };
-        let mut seal = Self { first_page: Vec::new(), hashes: Vec::new() };
-        pages(&path, size, |page| {
-            if seal.hashes.is_empty() {
-                seal.first_page = page.to_vec();
-            }
-            seal.hashes.push(short_hash(page));
-        })?;
-        Ok((seal.first_page.len() == size).then_some(seal))
+        let Some(size) = page_size(&beginning(dir, 100)?) else { return Ok(None) };
+        let seal = Self { first_page: beginning(dir, size)?, hashes: page_hashes(dir, size)? };
+        Ok((seal.page_size() == size).then_some(seal))
     }
 
     fn to_bytes(&self) -> Vec<u8> {
@@ -113,7 +105,7 @@ impl Seal {
             .then(|| Self { first_page: first_page.to_vec(), hashes: hashes.to_vec() })
     }
 
-    /// Whether another program of SQLite's has written the database since: it counts its changes, twice.
+    /// Whether another program has written the database since: SQLite counts such changes at two places of the header.
     fn is_void(&self, first_page: &[u8]) -> bool {
         let counters = |page: &[u8]| Some((<[u8; 4]>::try_from(page.get(24..28)?).ok()?, page.get(92..96)?.to_vec()));
         let (Some(sealed), Some(found)) = (counters(&self.first_page), counters(first_page)) else { return false };
@@ -130,41 +122,29 @@ impl Seal {
         self.first_page.len()
     }
 
-    /// The pages, counted from 0, in which the file at `path` is not what was sealed, missing and surplus ones among them.
-    pub(super) fn differences(&self, path: &Path) -> Result<Vec<usize>, StoreError> {
-        let (mut different, mut seen) = (Vec::new(), 0);
-        pages(path, self.page_size(), |page| {
-            if self.hashes.get(seen) != Some(&short_hash(page)) {
-                different.push(seen);
-            }
-            seen += 1;
-        })?;
-        different.extend(seen..self.hashes.len());
-        Ok(different)
+    /// The pages of the database in `dir`, counted from 0, that are not what was sealed. Pages that are missing and
+    /// pages that were not there are among them.
+    pub(super) fn differences(&self, dir: &Path) -> Result<Vec<usize>, StoreError> {
+        let found = page_hashes(dir, self.page_size())?;
+        let all = 0..found.len().max(self.hashes.len());
+        Ok(all.filter(|&page| found.get(page) != self.hashes.get(page)).collect())
     }
 }
 
-/// The first page of the database, as far as it goes.
-fn first_page(dir: &Path, size: usize) -> Result<Vec<u8>, StoreError> {
-    let (path, mut page) = (database(dir), Vec::new());
-    let read = File::open(&path).and_then(|file| file.take(size as u64).read_to_end(&mut page));
-    read.map_err(StoreError::io(&path)).map(|_| page)
-}
-
-/// Looks for the seal of the store in `dir`; one that another program made void by writing the database is none.
+/// Looks for the seal of the store in `dir`.
 ///
-/// The database is opened and closed, which would drop the locks that SQLite holds in this process: ask before connecting.
-pub(super) fn find(dir: &Path) -> Result<Found, StoreError> {
+/// This opens and closes the database, which drops the locks that SQLite holds in this process: ask before connecting.
+pub(super) fn find(dir: &Path) -> Result<SealState, StoreError> {
     let path = path(dir);
     match std::fs::read(&path) {
         Ok(bytes) => match Seal::from_bytes(&bytes) {
-            None => Ok(Found::Broken),
-            Some(seal) if database(dir).exists() && seal.is_void(&first_page(dir, seal.page_size())?) => {
-                Ok(Found::None)
+            None => Ok(SealState::Damaged),
+            Some(seal) if database(dir).exists() && seal.is_void(&beginning(dir, seal.page_size())?) => {
+                Ok(SealState::Absent)
             }
-            Some(seal) => Ok(Found::Whole(seal)),
+            Some(seal) => Ok(SealState::Sound(seal)),
         },
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Found::None),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(SealState::Absent),
         Err(error) => Err(StoreError::io(&path)(error)),
     }
 }
@@ -172,13 +152,13 @@ pub(super) fn find(dir: &Path) -> Result<Found, StoreError> {
 /// Whether the first page of a sealed database is as it was left; true where there is no seal.
 pub(super) fn first_page_is_sound(dir: &Path) -> Result<bool, StoreError> {
     match find(dir)? {
-        Found::Whole(seal) => Ok(first_page(dir, seal.page_size())? == seal.first_page),
-        Found::None | Found::Broken => Ok(true),
+        SealState::Sound(seal) => Ok(beginning(dir, seal.page_size())? == seal.first_page),
+        SealState::Absent | SealState::Damaged => Ok(true),
     }
 }
 
 /// Removes the seal of the store in `dir`, before anything is written to it.
-pub(super) fn lift(dir: &Path) -> Result<(), StoreError> {
+pub(super) fn remove(dir: &Path) -> Result<(), StoreError> {
     let path = path(dir);
     if !path.exists() {
         return Ok(());
@@ -187,15 +167,15 @@ pub(super) fn lift(dir: &Path) -> Result<(), StoreError> {
     disk::sync_folder(dir)
 }
 
-/// Seals the database of the store in `dir`, which nobody has open: while there is a log, somebody has.
+/// Seals the database of the store in `dir`, unless somebody has it open: then there is a log.
 fn close(dir: &Path) -> Result<(), StoreError> {
     if log(dir).exists() || !database(dir).exists() {
         return Ok(());
     }
     let Some(seal) = Seal::of(dir)? else { return Ok(()) };
-    let (path, half) = (path(dir), dir.join("store.db.seal.tmp"));
+    let half = dir.join("store.db.seal.tmp");
     disk::write_file(&half, &seal.to_bytes())?;
-    disk::rename(&half, &path)?;
+    disk::rename(&half, &path(dir))?;
     disk::sync_folder(dir)
 }
 
@@ -205,7 +185,7 @@ pub(super) struct SealsWhenDropped(pub PathBuf);
 
 impl Drop for SealsWhenDropped {
     fn drop(&mut self) {
-        // Without a seal a check knows less, and nothing else is wrong.
+        // Without a seal a check knows less; nothing else is wrong.
         if let Err(error) = close(&self.0) {
             tracing::debug!(%error, "the database was not sealed");
         }
@@ -220,7 +200,7 @@ mod tests {
     fn a_seal_reads_back_and_a_changed_byte_breaks_it() {
         let mut first_page = vec![0; 512];
         first_page[16] = 2;
-        let seal = Seal { first_page, hashes: vec![[1; SHORT], [2; SHORT]] };
+        let seal = Seal { first_page, hashes: vec![[1; 8], [2; 8]] };
         let bytes = seal.to_bytes();
         assert_eq!(Seal::from_bytes(&bytes), Some(seal));
         for place in 0..bytes.len() {

@@ -3,13 +3,13 @@
 use super::make::*;
 use meniscus::execute::Progress;
 use meniscus::parameters::{Model, Point};
-use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Writer, work};
+use meniscus::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Writer, last_run};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// As `status` has it, with another notion of cost.
 fn time_left(dir: &Path, expected_s: impl Fn(&Point) -> f64) -> Result<Option<Duration>, StoreError> {
-    Ok(work(dir)?.and_then(|work| Progress::seen(&work.points, expected_s).time_left(work.elapsed)))
+    Ok(last_run(dir)?.and_then(|run| Progress::seen(&run.points, expected_s).time_left(run.elapsed)))
 }
 
 fn stiffness(point: &Point) -> f64 {

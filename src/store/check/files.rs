@@ -1,187 +1,126 @@
 //! Sample files against the catalogue: bytes, checksum, rows, and whose rows they are.
 
-use crate::store::check::{Examination, keep_a_copy, rows, within};
-use crate::store::compact::{self, Source};
-use crate::store::samples::OpenFile;
-use crate::store::{Store, StoreError, database, disk, quarantine, samples_dir};
+use crate::store::check::{Examination, rows};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::sample_file::OpenFile;
+use crate::store::write::catalogue::{self, CataloguedFile};
+use crate::store::write::{Store, compact};
+use crate::store::{disk, quarantine};
 use arrow_array::StringArray;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int32Type;
 use rusqlite::Connection;
+use std::io::ErrorKind;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// What is wrong with a catalogued file.
-enum Wrong {
+/// What a catalogued file is worth.
+enum Verdict {
+    /// It is what was written.
+    Sound,
     /// It cannot be trusted: all jobs in it are computed again.
-    File(String),
-    /// It is sound, but holds rows of no outcome.
+    Broken(String),
+    /// It is sound, but holds so many rows of no outcome.
     Surplus(u64),
-}
-
-/// A file of the catalogue.
-struct Listed {
-    source: Source,
-    rows: u64,
-    bytes: u64,
-    checksum: String,
 }
 
 /// Reports what is wrong with catalogued files.
 pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(), StoreError> {
-    for listed in catalogue(work.dir, conn)? {
+    for listed in catalogue::list(conn).map_err(StoreError::sql(&database(work.dir)))? {
         work.report.files += 1;
-        match examine(work.dir, &listed)? {
-            Some(Wrong::File(problem)) => {
-                let jobs = listed.source.jobs.len();
-                let problem = format!("{problem} ({jobs} jobs)");
-                let cure = "a repair moves it to quarantine/ and sets its jobs back to pending, `run` computes them";
-                work.find(&listed.source.path, problem, cure);
-            }
-            Some(Wrong::Surplus(rows)) => {
-                let problem = format!("{rows} of its rows belong to no outcome");
-                work.find(&listed.source.path, problem, "a repair writes it anew without them");
-            }
-            None => {}
-        }
+        let (problem, cure) = match judge(work.dir, conn, &listed)? {
+            Verdict::Sound => continue,
+            Verdict::Broken(problem) => (
+                problem,
+                "a repair moves it to quarantine/ and sets its jobs back to pending; `run` computes them again",
+            ),
+            Verdict::Surplus(rows) => (surplus(rows), "a repair writes it anew without them"),
+        };
+        work.find(&listed.file.path, problem, cure);
     }
     Ok(())
 }
 
 /// Puts right what is wrong with catalogued files.
 pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<(), StoreError> {
-    let mut kept = None;
-    for listed in catalogue(work.dir, &store.conn)? {
+    for listed in catalogue::list(&store.conn).map_err(StoreError::sql(&database(work.dir)))? {
         work.report.files += 1;
-        let path = work.dir.join(&listed.source.path);
-        match examine(work.dir, &listed)? {
-            Some(Wrong::File(problem)) => {
-                keep_a_copy(store, &mut kept)?;
-                // The file first: what is then missing is found again, and nothing takes it for an orphan.
-                let place = if path.exists() { Some(quarantine::take(work.dir, &path)?) } else { None };
-                let (again, stale) = give_up(store, &listed.source)?;
-                let moved = place.map_or("it is gone".to_owned(), |p| format!("moved to {}", within(work.dir, &p)));
-                let old = match stale {
-                    0 => String::new(),
-                    _ => format!("; {stale} of another physics version keep their outcome without samples"),
+        let path = work.dir.join(&listed.file.path);
+        let (problem, cure) = match judge(work.dir, &store.conn, &listed)? {
+            Verdict::Sound => continue,
+            Verdict::Broken(problem) => {
+                work.copy_database(store)?;
+                // The file goes first: if the repair is killed here, the next one finds it missing.
+                let moved = match path.exists() {
+                    true => format!("moved to {}", work.within(&quarantine::take(work.dir, &path)?)),
+                    false => "it is gone".to_owned(),
                 };
-                work.find(&listed.source.path, problem, format!("{moved}; {again} jobs are pending again{old}"));
+                (problem, format!("{moved}; {}", give_up(store, &listed)?))
             }
-            Some(Wrong::Surplus(rows)) => {
+            Verdict::Surplus(rows) => {
                 let place = quarantine::copy(work.dir, &path)?;
-                compact::merge(store, std::slice::from_ref(&listed.source))?;
+                compact::merge(store, std::iter::once(&listed))?;
                 disk::remove(&path)?;
-                let problem = format!("{rows} of its rows belonged to no outcome");
-                work.find(
-                    &listed.source.path,
-                    problem,
-                    format!("written anew without them; the old one is {}", within(work.dir, &place)),
-                );
+                (surplus(rows), format!("written anew without them; the old one is {}", work.within(&place)))
             }
-            None => {}
-        }
+        };
+        work.find(&listed.file.path, problem, cure);
     }
     Ok(())
 }
 
-/// The files in a folder, by name; none if there is no folder.
-pub(in crate::store) fn listed(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let entries = match std::fs::read_dir(folder) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries.map_err(StoreError::io(folder))?,
-    };
-    let paths: std::io::Result<Vec<_>> = entries.map(|entry| Ok(entry?.path())).collect();
-    let mut paths = paths.map_err(StoreError::io(folder))?;
-    paths.retain(|path| path.is_file());
-    paths.sort();
-    Ok(paths)
-}
-
-/// Files that no row names: sample files that were never committed, and what a crash cut short.
-pub(in crate::store) fn strangers(dir: &Path, conn: &Connection) -> Result<Vec<PathBuf>, StoreError> {
-    let known = crate::store::catalogued(conn).map_err(StoreError::sql(&database(dir)))?;
-    let mut found = listed(&samples_dir(dir))?;
-    found.retain(|path| crate::store::is_ours(path) && path.file_name().is_none_or(|name| !known.contains(name)));
-    // Beside the database: half a backup, half a seal, half a repair.
-    found.extend(listed(dir)?.into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "tmp")));
-    Ok(found)
-}
-
-fn catalogue(dir: &Path, conn: &Connection) -> Result<Vec<Listed>, StoreError> {
-    let read = || -> rusqlite::Result<Vec<Listed>> {
-        let mut statement = conn.prepare("SELECT key, path, rows, bytes, checksum FROM sample_files ORDER BY key")?;
-        let files = statement.query_map([], |row| {
-            Ok((row.get(0)?, row.get(1)?, row.get::<_, i64>(2)?, row.get::<_, i64>(3)?, row.get(4)?))
-        })?;
-        files
-            .map(|file| {
-                let (key, path, rows, bytes, checksum) = file?;
-                let source = Source::read(conn, key, path)?;
-                Ok(Listed { source, rows: rows as u64, bytes: bytes as u64, checksum })
-            })
-            .collect()
-    };
-    read().map_err(StoreError::sql(&database(dir)))
+fn surplus(rows: u64) -> String {
+    format!("{rows} of its rows belong to no outcome")
 }
 
 /// Compares a file with what the catalogue says of it.
-fn examine(dir: &Path, listed: &Listed) -> Result<Option<Wrong>, StoreError> {
-    let Listed { source, rows, bytes, checksum } = listed;
-    let wrong = |problem: &str| Ok(Some(Wrong::File(problem.to_owned())));
-    let path = dir.join(&source.path);
-    let found = match path.metadata() {
-        Ok(metadata) => metadata.len(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return wrong("it is missing"),
-        Err(error) => return Err(StoreError::io(&path)(error)),
-    };
-    if found != *bytes {
-        return Ok(Some(Wrong::File(format!("it has {found} bytes, the catalogue says {bytes}"))));
-    }
+fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdict, StoreError> {
+    let path = dir.join(&listed.file.path);
+    let jobs = listed.jobs(conn).map_err(StoreError::sql(&database(dir)))?;
+    let broken = |problem: String| Ok(Verdict::Broken(format!("{problem} ({} jobs)", jobs.len())));
     let mut hasher = blake3::Hasher::new();
-    let file = std::fs::File::open(&path).map_err(StoreError::io(&path))?;
-    if let Err(error) = hasher.update_reader(file) {
-        return Ok(Some(Wrong::File(format!("it cannot be read: {error}"))));
-    }
-    if hasher.finalize().to_hex().as_str() != checksum {
-        return wrong("its bytes do not have the checksum in the catalogue");
+    match std::fs::File::open(&path).and_then(|file| hasher.update_reader(file).map(|_| ())) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return broken("it is missing".to_owned()),
+        Err(error) => return broken(format!("it cannot be read: {error}")),
+        Ok(()) if hasher.finalize().to_hex().as_str() != listed.file.checksum => {
+            return broken("its bytes do not match the checksum in the catalogue".to_owned());
+        }
+        Ok(()) if hasher.count() != listed.file.bytes => {
+            return broken("its size is not that in the catalogue".to_owned());
+        }
+        Ok(()) => {}
     }
     // What is read from here on is what was written.
-    let open = match OpenFile::open(path) {
-        Ok(open) => open,
-        Err(error) => return Ok(Some(Wrong::File(format!("it is no sample file: {error}")))),
-    };
-    if open.rows() as u64 != *rows {
-        return Ok(Some(Wrong::File(format!("it has {} rows, the catalogue says {rows}", open.rows()))));
-    }
-    let mut next = 0;
-    for job in &source.jobs {
-        if job.rows.start < next || job.rows.end > open.rows() {
-            return wrong("the catalogue gives rows of it twice, or rows that it does not have");
-        }
-        next = job.rows.end;
-    }
-    let owners = match owners(&open) {
+    let owners = match OpenFile::open(path).and_then(|file| owners(&file)) {
         Ok(owners) => owners,
-        Err(error) => return Ok(Some(Wrong::File(format!("it cannot be read: {error}")))),
+        Err(error) => return broken(format!("it cannot be read: {error}")),
     };
-    if !source.jobs.iter().all(|job| owned(&owners, &job.job_id, &job.rows)) {
-        return wrong("its rows are not of the jobs that the catalogue says");
+    let rows = owners.last().map_or(0, |(_, rows)| rows.end as u64);
+    if rows != listed.file.rows {
+        return broken(format!("it has {rows} rows, the catalogue says {}", listed.file.rows));
     }
-    let indexed: usize = source.jobs.iter().map(|job| job.rows.len()).sum();
-    Ok((indexed < open.rows()).then(|| Wrong::Surplus((open.rows() - indexed) as u64)))
+    let is_owned = |rows: &Range<usize>, id: &str| {
+        let run = owners.partition_point(|(_, run)| run.end <= rows.start);
+        rows.is_empty() || owners.get(run).is_some_and(|(owner, run)| owner == id && run == rows)
+    };
+    if !jobs.iter().all(|job| is_owned(&job.rows, &job.job_id)) {
+        return broken("its rows are not those of the jobs that the catalogue says".to_owned());
+    }
+    let listed_rows: u64 = jobs.iter().map(|job| job.rows.len() as u64).sum();
+    Ok(if listed_rows < rows { Verdict::Surplus(rows - listed_rows) } else { Verdict::Sound })
 }
 
-/// Whose rows a file holds: runs of one job, in order.
+/// Whose rows a file holds: for each job, in order, its rows.
 fn owners(file: &OpenFile) -> Result<Vec<(String, Range<usize>)>, StoreError> {
+    let damaged = |error| StoreError::parquet(file.path())(error);
     let mut owners: Vec<(String, Range<usize>)> = Vec::new();
     let mut row = 0;
     for batch in file.read(0..file.rows(), 1)? {
-        let batch = batch.map_err(|error| StoreError::parquet(file.path())(error.into()))?;
+        let batch = batch.map_err(|error| damaged(error.into()))?;
         let column = batch.column(0).as_dictionary_opt::<Int32Type>();
         let Some(texts) = column.and_then(|column| column.downcast_dict::<StringArray>()) else {
-            return Err(StoreError::parquet(file.path())(parquet::errors::ParquetError::General(
-                "its column job_id is no text".to_owned(),
-            )));
+            return Err(damaged(parquet::errors::ParquetError::General("its column job_id is not text".to_owned())));
         };
         for &key in texts.keys().values() {
             let name = texts.values().value(key as usize);
@@ -195,30 +134,27 @@ fn owners(file: &OpenFile) -> Result<Vec<(String, Range<usize>)>, StoreError> {
     Ok(owners)
 }
 
-fn owned(owners: &[(String, Range<usize>)], job_id: &str, rows: &Range<usize>) -> bool {
-    let index = owners.partition_point(|(_, run)| run.end <= rows.start);
-    rows.is_empty() || owners.get(index).is_some_and(|(id, run)| id == job_id && run == rows)
-}
-
-/// Takes a file out of the catalogue: its jobs are computed again. Returns how many, and how many cannot be.
-fn give_up(store: &mut Store, source: &Source) -> Result<(usize, usize), StoreError> {
+/// Takes a file out of the catalogue, so that its jobs are computed again; returns what became of them, in words.
+fn give_up(store: &mut Store, listed: &CataloguedFile) -> Result<String, StoreError> {
     let path = database(&store.dir);
-    let (mut again, mut stale) = (0, 0);
+    let jobs = listed.jobs(&store.conn).map_err(StoreError::sql(&path))?;
     let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
-    let mut change = || -> rusqlite::Result<()> {
-        for job in &source.jobs {
-            if job.is_current {
-                rows::forget(&transaction, job.key)?;
-                again += 1;
-            } else {
-                transaction.prepare_cached("DELETE FROM sample_index WHERE job = ?1")?.execute([job.key])?;
-                stale += 1;
+    let change = || -> rusqlite::Result<()> {
+        for job in &jobs {
+            match job.is_current {
+                true => rows::compute_again(&transaction, job.key)?,
+                false => drop(transaction.execute("DELETE FROM sample_index WHERE job = ?1", [job.key])?),
             }
         }
-        transaction.execute("DELETE FROM sample_files WHERE key = ?1", [source.key])?;
-        Ok(())
+        transaction.execute("DELETE FROM sample_files WHERE key = ?1", [listed.key]).map(drop)
     };
     change().map_err(StoreError::sql(&path))?;
     disk::commit(transaction, &path)?;
-    Ok((again, stale))
+    let again = jobs.iter().filter(|job| job.is_current).count();
+    Ok(match jobs.len() - again {
+        0 => format!("{again} jobs are pending again"),
+        stale => format!(
+            "{again} jobs are pending again, {stale} of another physics version keep their outcome without samples"
+        ),
+    })
 }

@@ -1,17 +1,27 @@
-//! Every operation of the commit protocol goes wrong once, in every way, and nothing is lost or done twice.
+//! Every operation that changes a store goes wrong once, in every way, and nothing is lost or done twice.
 //!
-//! An undisturbed run counts the operations. Then, for each of them: it fails; or it is the last before the process dies; or
-//! the machine loses its power after it. What is left is checked, opened and run on, and must equal the undisturbed store.
+//! An undisturbed run counts the operations. Then each of them fails; or is the last before the process dies; or is
+//! the last before the machine loses its power. What is left is checked, opened and run on, and must equal the
+//! undisturbed store.
+//!
+//! This is a unit test of the crate (`src/store/mod.rs` includes it), because it puts [`crate::store::disk::faults`]
+//! behind the operations of the disk.
 
 use crate::campaign::file::Campaign;
 use crate::parameters::{Job, JobId};
 use crate::physics::simd::best_instruction_set;
 use crate::physics::simulate::{Context, simulate};
 use crate::physics::walls::arrays::library::ArrayLibrary;
+use crate::results::trajectory::FailureClass;
 use crate::results::trajectory::{Failure, Trajectory};
 use crate::store::disk::faults::{Fault, arm, disarm};
+use crate::store::folders::{database, samples_dir};
 use crate::store::*;
+use rusqlite::Connection;
+use std::collections::HashSet;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 const CAMPAIGN: &str = r#"
 name = "tiny"
@@ -27,13 +37,13 @@ limits = { t_max = 60.0, distance = 1.0 }
 grid = { e_w = [1.0, 30.0] }
 "#;
 
-/// What the jobs of the campaign come to, computed once: simulating twice gives the same bits.
-struct Results {
+/// The campaign, and what its jobs come to. That is computed once, because simulating again gives the same bits.
+struct TinyCampaign {
     campaign: Campaign,
     results: Vec<(JobId, Result<Trajectory, Failure>)>,
 }
 
-fn results() -> Results {
+fn tiny_campaign() -> TinyCampaign {
     let campaign = Campaign::parse("tiny.toml", CAMPAIGN).unwrap();
     let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
     let block = &campaign.blocks[0];
@@ -46,13 +56,13 @@ fn results() -> Results {
             results.push((job.id(), result.map(|trajectory| trajectory.expect("nobody stopped it"))));
         }
     }
-    // One fails.
+    // One of them fails.
     let outline = results[4].1.as_ref().unwrap().outlines.last().cloned().map(Box::new);
     results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, outline });
-    Results { campaign, results }
+    TinyCampaign { campaign, results }
 }
 
-impl Results {
+impl TinyCampaign {
     /// A run: opens, registers, sends what is still to do (at most `most`), closes.
     fn run(&self, dir: &Path, most: usize) -> Result<(), StoreError> {
         let mut store = Store::open(dir)?;
@@ -174,15 +184,15 @@ fn only_leftovers(dir: &Path, place: &str) {
 
 #[test]
 fn a_run_survives_a_fault_at_every_operation() {
-    let results = results();
+    let tiny = tiny_campaign();
     let whole = scratch();
-    results.two_runs(whole.path()).unwrap();
+    tiny.two_runs(whole.path()).unwrap();
     let expected = contents(whole.path());
     assert!(expected[0].contains("failed") && expected[0].contains("distance"));
     let most = std::sync::Mutex::new((None, 0));
     let points = at_every_operation(
         |_| {},
-        |dir| results.two_runs(dir),
+        |dir| tiny.two_runs(dir),
         |dir, fault, place| {
             only_leftovers(dir, place);
             let before = ended(dir);
@@ -193,7 +203,7 @@ fn a_run_survives_a_fault_at_every_operation() {
                 assert!(before.len() >= least, "{place}: an outcome was lost");
                 *most = (Some(fault), before.len());
             }
-            results.run(dir, usize::MAX).unwrap();
+            tiny.run(dir, usize::MAX).unwrap();
             assert_eq!(check(dir).unwrap().findings, [], "{place}");
             assert!(contents(dir) == expected, "{place}: the results differ");
             let after = ended(dir);
@@ -208,13 +218,13 @@ fn a_run_survives_a_fault_at_every_operation() {
 
 #[test]
 fn a_repair_survives_a_fault_at_every_operation() {
-    let results = results();
+    let tiny = tiny_campaign();
     let whole = scratch();
-    results.two_runs(whole.path()).unwrap();
+    tiny.two_runs(whole.path()).unwrap();
     let expected = contents(whole.path());
     // Three kinds of damage at once: the header, a sample file, and rows.
     let broken = |dir: &Path| {
-        results.two_runs(dir).unwrap();
+        tiny.two_runs(dir).unwrap();
         let conn = Connection::open(database(dir)).unwrap();
         conn.execute_batch(
             "DELETE FROM outcomes WHERE job = (SELECT max(job) FROM outcomes WHERE outcome IS NOT NULL)",
@@ -235,7 +245,7 @@ fn a_repair_survives_a_fault_at_every_operation() {
         |dir, _, place| {
             repair(dir).unwrap_or_else(|error| panic!("{place}: {error}"));
             assert_eq!(check(dir).unwrap().findings, [], "{place}");
-            results.run(dir, usize::MAX).unwrap();
+            tiny.run(dir, usize::MAX).unwrap();
             assert!(contents(dir) == expected, "{place}: the results differ");
             assert_eq!(check(dir).unwrap().findings, [], "{place}");
         },

@@ -1,6 +1,10 @@
-//! Where a store stands: counts, failures by class, and what an estimate of the time left needs.
+//! Where a store stands: counts of jobs, failures by class, and the rate of the last run.
 
-use crate::store::{Holder, StoreError, database, lock, open_reading, unix_now};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::holder::Holder;
+use crate::store::read::open_reading;
+use crate::store::{lock, unix_now};
 use rusqlite::{Connection, OptionalExtension};
 use serde::Serialize;
 use std::path::Path;
@@ -93,7 +97,7 @@ pub struct RunProgress {
     pub finished_in_window: u64,
 }
 
-/// The state of the store in `dir`; it takes no lock, and an absent store is an empty one.
+/// The state of the store in `dir`; a store that does not exist is an empty one.
 ///
 /// # Errors
 /// As [`open_reading`].
@@ -117,14 +121,14 @@ pub fn status(dir: &Path) -> Result<Status, StoreError> {
             clogs: count(&conn, "SELECT count(*) FROM clogs")?
                 - count(&conn, &format!("SELECT count(*) FROM jobs JOIN clogs ON clogs.job = jobs.key WHERE {STALE}"))?,
             failures: failures(&conn)?,
-            run: last_run(&conn, unix_now())?,
+            run: progress(&conn, unix_now())?,
             holder: lock::holder(dir),
         })
     };
     read().map_err(StoreError::sql(&database(dir)))
 }
 
-/// Two ranges rather than `<>`, which an index could not serve.
+/// Two ranges and not `<>`, for which SQLite would use no index.
 const STALE: &str = "(physics_version < (SELECT physics_version FROM current)
                       OR physics_version > (SELECT physics_version FROM current))";
 
@@ -178,7 +182,7 @@ pub(super) fn last_provenance(conn: &Connection) -> rusqlite::Result<Option<(i64
     conn.query_row(sql, [], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?))).optional()
 }
 
-fn last_run(conn: &Connection, now: f64) -> rusqlite::Result<Option<RunProgress>> {
+fn progress(conn: &Connection, now: f64) -> rusqlite::Result<Option<RunProgress>> {
     let Some((key, started, ended)) = last_provenance(conn)? else { return Ok(None) };
     let until = ended.unwrap_or(now);
     let window_s = (until - started).clamp(0.0, RATE_WINDOW_S);

@@ -1,7 +1,7 @@
-//! How long the writer waits where saving fails: until there is room on a full disk, a few times for anything else, and no
-//! longer once the run is to end.
+//! How long the writer waits when saving fails: on a full disk until there is room, otherwise a few times. Once the
+//! run is to end it waits no longer than for a few more attempts.
 
-use crate::store::StoreError;
+use crate::store::error::StoreError;
 use std::error::Error;
 use std::io::ErrorKind;
 use std::sync::Arc;
@@ -11,25 +11,27 @@ use std::time::{Duration, Instant};
 /// Longest pause between two looks at a full disk.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
-/// Pause between the last attempts, and how many there are.
+/// Pause between the last attempts, once the run is to end.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(200);
+
+/// How many attempts there are once the run is to end.
 const LAST_ATTEMPTS: usize = 3;
 
-/// How often a pause looks up.
+/// How often a pause looks whether the run is to end.
 const TICK: Duration = Duration::from_millis(50);
 
-/// When there is no time left to wait.
+/// Says when there is no time left to wait.
 #[derive(Clone, Debug, Default)]
 pub struct Hurry {
-    /// Set when somebody asks for the end.
+    /// Set when somebody asks the run to end.
     pub interrupted: Arc<AtomicBool>,
-    /// When it has to end by itself.
+    /// When the run has to end by itself.
     pub deadline: Option<Instant>,
 }
 
 impl Hurry {
     /// Whether it is time to end.
-    pub fn is_now(&self) -> bool {
+    pub(crate) fn is_now(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed) || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 
@@ -42,7 +44,7 @@ impl Hurry {
     }
 }
 
-/// The pause after an attempt that failed, `attempts` others having failed before it; `None` to give up.
+/// The pause after a failed attempt that came after `attempts` others; `None` to give up.
 pub(super) fn pause(error: &StoreError, attempts: usize, pauses: &[Duration], hurry: &Hurry) -> Option<Duration> {
     if hurry.is_now() && attempts + 1 >= LAST_ATTEMPTS {
         return None;

@@ -1,13 +1,15 @@
-//! Recorded time series as Parquet: one immutable file a batch of jobs, named by the hash of its bytes.
+//! Recorded time series as Parquet: one file for each batch of jobs, never changed, named by the hash of its bytes.
 //!
-//! Columns `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null for
-//! SP). On smooth series byte-stream split before zstd takes 44 bytes a row of 64, plain zstd 53, and it is faster;
-//! zstd level 3 gains nothing over 1. The rows of a job are contiguous; the catalogue knows the first and their number,
-//! so that reading one job decodes a page or two of each column.
+//! The columns are `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64,
+//! null for SP). A row of 64 bytes takes 44 with byte-stream split before zstd and 53 with zstd alone, on smooth
+//! series, and the former is faster; zstd level 3 gains nothing over 1. The rows of a job follow each other. The
+//! catalogue knows the first and how many they are, so that reading one job decodes a page or two of each column.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::Samples;
-use crate::store::{StoreError, disk, samples_dir};
+use crate::store::disk;
+use crate::store::error::StoreError;
+use crate::store::folders::samples_dir;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
@@ -83,14 +85,14 @@ pub(super) struct HashingFile<'a> {
     file: File,
     path: &'a Path,
     hasher: blake3::Hasher,
-    /// What the system said first, by its number: the Parquet writer keeps no more than the words.
-    said: Option<i32>,
+    /// The number of the first error of the system: the Parquet writer passes on its words alone.
+    errno: Option<i32>,
 }
 
 impl Write for HashingFile<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         disk::write(&self.file, self.path, bytes)
-            .inspect_err(|error| self.said = self.said.or(error.raw_os_error()))?;
+            .inspect_err(|error| self.errno = self.errno.or(error.raw_os_error()))?;
         self.hasher.update(bytes);
         Ok(bytes.len())
     }
@@ -102,7 +104,7 @@ impl Write for HashingFile<'_> {
 
 /// Writes the samples of a batch of jobs, one after the other, as a new file of the store in `dir`.
 ///
-/// When this returns the file is complete, on disk and under its name; but nothing knows of it until it is catalogued.
+/// When this returns the file is complete, safely on disk and under its name. Nobody reads it before it is catalogued.
 pub(super) fn write(dir: &Path, jobs: &[(JobId, &Samples)]) -> Result<SampleFile, StoreError> {
     write_with(dir, |writer| write_rows(writer, jobs))
 }
@@ -116,11 +118,11 @@ pub(super) fn write_with(
     fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
 ) -> Result<SampleFile, StoreError> {
     let folder = samples_dir(dir);
-    // One writer, one half-written file: the next attempt or the next opening replaces it.
+    // There is one writer, so one half-written file: the next attempt replaces it, or the next opening removes it.
     let half = folder.join("batch.tmp");
     let mut written =
-        HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new(), said: None };
-    let rows = write_all(&mut written, fill).map_err(|error| match written.said {
+        HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new(), errno: None };
+    let rows = write_all(&mut written, fill).map_err(|error| match written.errno {
         Some(number) => StoreError::io(&half)(std::io::Error::from_raw_os_error(number)),
         None => StoreError::parquet(&half)(error),
     })?;

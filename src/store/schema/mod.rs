@@ -1,42 +1,88 @@
-//! The whole migration engine: a flat list of SQL texts, and `user_version` counting how many of them a store has had.
+//! The tables of a store, and how a database of an earlier program becomes one of this program.
 //!
-//! `application_id` says that a database is a store at all. All that a store lacks is one transaction, so a crash
-//! leaves it before or after. Append to the list; a released text never changes.
+//! The texts in `migrations/` are the whole of it. They are a flat list, and SQLite's `user_version` counts how many
+//! of them a database has had. To change a table, append a text; a released text never changes. `application_id` says
+//! that a database is a store at all.
+//!
+//! **Compatibility.** Every schema so far is upgraded, and a test opens a store of each (`tests/store/fixtures`). A
+//! newer one is refused before anything is touched, with both numbers. People query the views. A view that is given up
+//! stays under its old name.
+//!
+//! **Durability.** An older database is copied to `store.db.schema-N` first. Then all that it lacks is one transaction,
+//! so a crash leaves it as it was or as it shall be.
+//!
+//! **Locking.** Only the holder of the store's lock upgrades. A reader that meets an older schema says so and changes
+//! nothing.
 
-use crate::store::{StoreError, disk};
+pub(super) mod points;
+
+use crate::store::disk;
+use crate::store::error::StoreError;
 use rusqlite::{Connection, TransactionBehavior};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 const MIGRATIONS: &[&str] = &[
-    include_str!("../../migrations/0001_initial.sql"),
-    include_str!("../../migrations/0002_stability.sql"),
-    include_str!("../../migrations/0003_dumps.sql"),
-    include_str!("../../migrations/0004_files.sql"),
+    include_str!("../../../migrations/0001_initial.sql"),
+    include_str!("../../../migrations/0002_stability.sql"),
+    include_str!("../../../migrations/0003_dumps.sql"),
+    include_str!("../../../migrations/0004_files.sql"),
 ];
 
-/// `Mnsc`, in the header of every store.
-pub(super) const APPLICATION_ID: i32 = 0x4D6E_7363;
+/// The latest schema of this program.
+pub(super) const LATEST: usize = MIGRATIONS.len();
 
-/// What a database is to this program.
+/// `Mnsc`, in the header of every store.
+pub(super) const APPLICATION_ID: u32 = 0x4D6E_7363;
+
+/// What a database holds, as its header says.
 #[derive(Debug, PartialEq)]
-enum Kind {
+enum Contents {
     /// Nothing was ever written to it.
-    Empty,
+    Nothing,
     /// A store that has had so many migrations.
     Store(usize),
-    /// Something else.
+    /// The tables of another program.
     Foreign,
 }
 
-fn kind(conn: &Connection) -> rusqlite::Result<Kind> {
+fn contents(conn: &Connection) -> rusqlite::Result<Contents> {
     let pragma = |name| conn.pragma_query_value(None, name, |row| row.get::<_, i32>(0));
     let objects: i64 = conn.query_row("SELECT count(*) FROM sqlite_master", [], |row| row.get(0))?;
     Ok(match (pragma("application_id")?, usize::try_from(pragma("user_version")?)) {
-        (0, Ok(0)) if objects == 0 => Kind::Empty,
-        (APPLICATION_ID, Ok(version)) if version > 0 => Kind::Store(version),
-        _ => Kind::Foreign,
+        (0, Ok(0)) if objects == 0 => Contents::Nothing,
+        (id, Ok(version)) if id as u32 == APPLICATION_ID && version > 0 => Contents::Store(version),
+        _ => Contents::Foreign,
     })
+}
+
+/// The schema of the database at `path`; `None` if nothing was ever written to it.
+///
+/// # Errors
+/// [`StoreError::Newer`], [`StoreError::Foreign`].
+pub(super) fn version(conn: &Connection, path: &Path) -> Result<Option<usize>, StoreError> {
+    known_version(conn, path, LATEST)
+}
+
+fn known_version(conn: &Connection, path: &Path, known: usize) -> Result<Option<usize>, StoreError> {
+    match contents(conn).map_err(StoreError::sql(path))? {
+        Contents::Nothing => Ok(None),
+        Contents::Store(found) if found <= known => Ok(Some(found)),
+        Contents::Store(found) => Err(StoreError::Newer { path: path.to_owned(), found, known }),
+        Contents::Foreign => Err(StoreError::Foreign(path.to_owned())),
+    }
+}
+
+/// Whether the database at `path` can be read as a store: `false` if nothing was written to it yet.
+///
+/// # Errors
+/// [`StoreError::Newer`], [`StoreError::Older`] or [`StoreError::Foreign`].
+pub(super) fn is_readable(conn: &Connection, path: &Path) -> Result<bool, StoreError> {
+    match version(conn, path)? {
+        None => Ok(false),
+        Some(LATEST) => Ok(true),
+        Some(found) => Err(StoreError::Older { path: path.to_owned(), found }),
+    }
 }
 
 /// Brings the database at `path` to the latest schema, after a backup of an older store.
@@ -51,7 +97,7 @@ fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> R
     let version = known_version(conn, path, migrations.len())?.unwrap_or(0);
     if (1..migrations.len()).contains(&version) {
         let backup = back_up(conn, path, version)?;
-        tracing::info!(backup = %backup.display(), from = version, to = migrations.len(), "migrating the store");
+        tracing::info!(backup = %backup.display(), from = version, to = migrations.len(), "upgrading the store");
     }
     if version < migrations.len() {
         let transaction =
@@ -62,46 +108,11 @@ fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> R
     Ok(())
 }
 
-/// All in one transaction: a reader sees the schema before or the schema after, and none between.
+/// Applies the texts that a database lacks, and counts them.
 fn apply(transaction: &Connection, migrations: &[&str], number: usize) -> rusqlite::Result<()> {
     migrations.iter().try_for_each(|sql| transaction.execute_batch(sql))?;
     transaction.pragma_update(None, "application_id", APPLICATION_ID)?;
     transaction.pragma_update(None, "user_version", number as i64)
-}
-
-/// The schema of the database at `path`; `None` if nothing was ever written to it.
-///
-/// # Errors
-/// [`StoreError::Newer`], [`StoreError::Foreign`].
-pub(super) fn version(conn: &Connection, path: &Path) -> Result<Option<usize>, StoreError> {
-    known_version(conn, path, MIGRATIONS.len())
-}
-
-fn known_version(conn: &Connection, path: &Path, known: usize) -> Result<Option<usize>, StoreError> {
-    match kind(conn).map_err(StoreError::sql(path))? {
-        Kind::Empty => Ok(None),
-        Kind::Store(found) if found <= known => Ok(Some(found)),
-        Kind::Store(found) => Err(StoreError::Newer { path: path.to_owned(), found, known }),
-        Kind::Foreign => Err(StoreError::Foreign(path.to_owned())),
-    }
-}
-
-/// The latest schema of this program.
-pub(super) fn latest() -> u32 {
-    MIGRATIONS.len() as u32
-}
-
-/// The declarations of a database, by name.
-pub(super) fn schema(conn: &Connection) -> rusqlite::Result<BTreeMap<String, String>> {
-    let mut statement = conn.prepare("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")?;
-    statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
-}
-
-/// The declarations of a store of this schema.
-pub(super) fn expected_schema(version: usize) -> rusqlite::Result<BTreeMap<String, String>> {
-    let conn = Connection::open_in_memory()?;
-    MIGRATIONS.iter().take(version).try_for_each(|sql| conn.execute_batch(sql))?;
-    schema(&conn)
 }
 
 /// Copies the database to `store.db.schema-N`; the name appears only once the copy is complete and on disk.
@@ -124,21 +135,18 @@ pub(super) fn copy_to(conn: &Connection, path: &Path, copy: &Path) -> Result<(),
     disk::sync(&file, copy)
 }
 
-/// Whether the database at `path` can be read as a store: `false` if nothing was written to it yet.
-///
-/// # Errors
-/// [`StoreError::Newer`], [`StoreError::Older`] or [`StoreError::Foreign`].
-pub(super) fn check_readable(conn: &Connection, path: &Path) -> Result<bool, StoreError> {
-    let path_buf = || path.to_owned();
-    match kind(conn).map_err(StoreError::sql(path))? {
-        Kind::Empty => Ok(false),
-        Kind::Foreign => Err(StoreError::Foreign(path_buf())),
-        Kind::Store(found) if found < MIGRATIONS.len() => Err(StoreError::Older { path: path_buf(), found }),
-        Kind::Store(found) if found > MIGRATIONS.len() => {
-            Err(StoreError::Newer { path: path_buf(), found, known: MIGRATIONS.len() })
-        }
-        Kind::Store(_) => Ok(true),
-    }
+/// The tables, indices and views of a database that are not declared as in a store of this schema, by name.
+pub(super) fn differences(conn: &Connection, version: usize) -> rusqlite::Result<Vec<String>> {
+    let model = Connection::open_in_memory()?;
+    MIGRATIONS.iter().take(version).try_for_each(|sql| model.execute_batch(sql))?;
+    let (found, expected) = (declarations(conn)?, declarations(&model)?);
+    Ok(expected.into_iter().filter(|(name, sql)| found.get(name) != Some(sql)).map(|(name, _)| name).collect())
+}
+
+/// The declarations of a database, by name.
+fn declarations(conn: &Connection) -> rusqlite::Result<BTreeMap<String, String>> {
+    let mut statement = conn.prepare("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")?;
+    statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
 }
 
 #[cfg(test)]
@@ -163,7 +171,7 @@ mod tests {
         migrate_through(&mut conn, &path, &[FIRST, SECOND]).unwrap();
         assert_eq!(count(&path, "SELECT y FROM a"), 7);
         assert_eq!(count(&dir.path().join("store.db.schema-1"), "SELECT x FROM a"), 7);
-        assert_eq!(kind(&conn).unwrap(), Kind::Store(2));
+        assert_eq!(contents(&conn).unwrap(), Contents::Store(2));
     }
 
     #[test]
@@ -173,7 +181,7 @@ mod tests {
         let mut conn = Connection::open(&path).unwrap();
         migrate_through(&mut conn, &path, &[FIRST]).unwrap();
         assert!(migrate_through(&mut conn, &path, &[FIRST, BROKEN]).is_err());
-        assert_eq!(kind(&conn).unwrap(), Kind::Store(1));
+        assert_eq!(contents(&conn).unwrap(), Contents::Store(1));
         assert_eq!(count(&path, "SELECT count(*) FROM sqlite_master WHERE name = 'b'"), 0);
     }
 

@@ -1,10 +1,13 @@
-//! Finding and reading recorded series through the catalogue, while a run may be adding to it.
+//! Finds and reads recorded series through the catalogue, while a run may be adding to it.
 //!
-//! A lookup of one job decodes just its rows. A join that walks many small jobs of one file would decode the same page
-//! again and again, so a second lookup close to the last one decodes the pages around it whole, and keeps them.
+//! A lookup of one job decodes just its rows. A join that walks through many small jobs of one file would decode the
+//! same page again and again. So a lookup close to the last one decodes the pages around it whole, and keeps them.
 
-use crate::store::samples::{OpenFile, PAGE_ROWS};
-use crate::store::{StoreError, database, read, readers};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::lock;
+use crate::store::read::open_existing;
+use crate::store::sample_file::{OpenFile, PAGE_ROWS};
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_select::concat::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
@@ -20,10 +23,10 @@ const FOOTERS: usize = 1024;
 
 /// The sample files of one store, for reading.
 #[derive(Debug)]
-pub(super) struct Catalogue {
+pub(super) struct SampleReader {
     dir: PathBuf,
     state: Mutex<State>,
-    /// Keeps the files of this look at the catalogue; released after the connection.
+    /// Keeps the writer from removing the files of this look at the catalogue; released after the connection.
     _announced: Option<File>,
 }
 
@@ -31,22 +34,22 @@ pub(super) struct Catalogue {
 struct State {
     conn: Connection,
     footers: HashMap<String, OpenFile>,
-    /// Files whose bytes were found to be what was written.
+    /// Files whose bytes were compared with their checksum.
     verified: HashSet<String>,
-    last: Option<Block>,
+    last: Option<DecodedSpan>,
 }
 
-/// Where the rows of a job are.
+/// Rows of a sample file.
 #[derive(Clone, Debug)]
-struct Place {
+struct FileSpan {
     path: String,
     rows: Range<usize>,
 }
 
 /// Rows that the last lookup decoded.
 #[derive(Debug)]
-struct Block {
-    place: Place,
+struct DecodedSpan {
+    span: FileSpan,
     columns: u64,
     batch: RecordBatch,
 }
@@ -55,26 +58,26 @@ struct Block {
 pub(super) enum JobRows {
     /// Nothing was recorded, or the job is unknown.
     None,
-    /// All at once.
+    /// All its rows at once.
     Decoded(RecordBatch),
-    /// Too many for that.
+    /// A reader that decodes them in parts, because they are many.
     Streamed(ParquetRecordBatchReader),
 }
 
-impl Catalogue {
+impl SampleReader {
     /// Opens the catalogue of the store in `dir`.
     pub(super) fn open(dir: &Path) -> Result<Self, StoreError> {
-        let announced = readers::announce(dir);
-        let conn = read::open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
-        // One look at the catalogue for all lookups. It is taken at the first of them, so after the statement that asks
-        // has taken its own: every run that it sees has its samples here.
+        let announced = lock::announce_reader(dir);
+        let conn = open_existing(dir)?;
+        // One look at the catalogue serves all lookups. It is taken at the first of them, and so after the statement
+        // that asks has taken its own: every run which that statement sees has its samples here.
         conn.execute_batch("BEGIN").map_err(StoreError::sql(&database(dir)))?;
         let state = State { conn, footers: HashMap::new(), verified: HashSet::new(), last: None };
         Ok(Self { dir: dir.to_owned(), state: Mutex::new(state), _announced: announced })
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // A panic elsewhere cannot leave the caches wrong, only emptier.
+        // A panic elsewhere leaves the caches right, if perhaps emptier.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -97,42 +100,43 @@ impl Catalogue {
     /// Reads the rows of one job; `columns` is a bit mask.
     pub(super) fn read_job(&self, job_id: &str, columns: u64) -> Result<JobRows, StoreError> {
         let mut state = self.state();
-        let place = state.place(job_id).map_err(StoreError::sql(&database(&self.dir)))?;
-        let Some(place) = place.filter(|place| !place.rows.is_empty()) else { return Ok(JobRows::None) };
-        if let Some(block) = state.last.as_ref().filter(|block| block.covers(&place, columns)) {
-            return Ok(JobRows::Decoded(block.slice(&place.rows)));
+        let span = state.find(job_id).map_err(StoreError::sql(&database(&self.dir)))?;
+        let Some(span) = span.filter(|span| !span.rows.is_empty()) else { return Ok(JobRows::None) };
+        if let Some(last) = state.last.as_ref().filter(|last| last.covers(&span, columns)) {
+            return Ok(JobRows::Decoded(last.slice(&span.rows)));
         }
-        let file = state.footer(&self.dir, &place.path)?;
-        if place.rows.len() >= PAGE_ROWS {
-            return file.read(place.rows, columns).map(JobRows::Streamed);
+        let file = state.footer(&self.dir, &span.path)?;
+        if span.rows.len() >= PAGE_ROWS {
+            return file.read(span.rows, columns).map(JobRows::Streamed);
         }
-        let walking = state.last.as_ref().is_some_and(|block| block.is_near(&place));
-        let rows = if walking { whole_pages(&place.rows, file.rows()) } else { place.rows.clone() };
+        let walking = state.last.as_ref().is_some_and(|last| last.is_near(&span));
+        let rows = if walking { whole_pages(&span.rows, file.rows()) } else { span.rows.clone() };
         let batch = decode(&file, rows.clone(), columns)?;
-        let block = Block { place: Place { path: place.path, rows }, columns, batch };
-        let slice = block.slice(&place.rows);
-        state.last = Some(block);
+        let decoded = DecodedSpan { span: FileSpan { path: span.path, rows }, columns, batch };
+        let slice = decoded.slice(&span.rows);
+        state.last = Some(decoded);
         Ok(JobRows::Decoded(slice))
     }
 }
 
 impl State {
-    fn place(&self, job_id: &str) -> rusqlite::Result<Option<Place>> {
+    /// Where the rows of a job are.
+    fn find(&self, job_id: &str) -> rusqlite::Result<Option<FileSpan>> {
         let mut statement = self.conn.prepare_cached(
             "SELECT sample_files.path, first_row, row_count FROM jobs
              JOIN sample_index ON sample_index.job = jobs.key
              JOIN sample_files ON sample_files.key = sample_index.file
              WHERE jobs.job_id = ?1",
         )?;
-        let place = statement.query_row([job_id], |row| {
+        let span = statement.query_row([job_id], |row| {
             let (first, count): (usize, usize) = (row.get::<_, u32>(1)? as usize, row.get::<_, u32>(2)? as usize);
-            Ok(Place { path: row.get(0)?, rows: first..first + count })
+            Ok(FileSpan { path: row.get(0)?, rows: first..first + count })
         });
-        place.optional()
+        span.optional()
     }
 
-    /// Compares the bytes of a file with its checksum, before the first row of it is read: no number of a damaged file
-    /// gets out, and the Parquet library, which can panic, sees none.
+    /// Compares the bytes of a file with its checksum, before its first row is read. So no number of a damaged file
+    /// gets out, and the Parquet library, which can panic, never sees a damaged file.
     fn verify(&self, dir: &Path, path: &str) -> Result<(), StoreError> {
         let find = || {
             let mut statement = self.conn.prepare_cached("SELECT checksum FROM sample_files WHERE path = ?1")?;
@@ -146,7 +150,7 @@ impl State {
         if hasher.finalize().to_hex().as_str() == checksum {
             return Ok(());
         }
-        Err(StoreError::Damaged { path, problem: "its bytes do not have the checksum in the catalogue".to_owned() })
+        Err(StoreError::Damaged { path, problem: "its bytes do not match the checksum in the catalogue".to_owned() })
     }
 
     fn footer(&mut self, dir: &Path, path: &str) -> Result<OpenFile, StoreError> {
@@ -166,23 +170,23 @@ impl State {
     }
 }
 
-impl Block {
-    fn covers(&self, place: &Place, columns: u64) -> bool {
-        let Range { start, end } = self.place.rows;
-        self.columns == columns && self.place.path == place.path && start <= place.rows.start && place.rows.end <= end
+impl DecodedSpan {
+    fn covers(&self, span: &FileSpan, columns: u64) -> bool {
+        let Range { start, end } = self.span.rows;
+        self.columns == columns && self.span.path == span.path && start <= span.rows.start && span.rows.end <= end
     }
 
-    fn is_near(&self, place: &Place) -> bool {
-        let (from, to) = (self.place.rows.start, self.place.rows.end + PAGE_ROWS);
-        self.place.path == place.path && from <= place.rows.end + PAGE_ROWS && place.rows.start <= to
+    fn is_near(&self, span: &FileSpan) -> bool {
+        let (from, to) = (self.span.rows.start, self.span.rows.end + PAGE_ROWS);
+        self.span.path == span.path && from <= span.rows.end + PAGE_ROWS && span.rows.start <= to
     }
 
     fn slice(&self, rows: &Range<usize>) -> RecordBatch {
-        self.batch.slice(rows.start - self.place.rows.start, rows.len())
+        self.batch.slice(rows.start - self.span.rows.start, rows.len())
     }
 }
 
-/// The pages that hold `rows`, as rows, of a file of `total` rows.
+/// All rows of the pages that hold `rows`, in a file of `total` rows.
 fn whole_pages(rows: &Range<usize>, total: usize) -> Range<usize> {
     rows.start / PAGE_ROWS * PAGE_ROWS..rows.end.next_multiple_of(PAGE_ROWS).min(total)
 }

@@ -1,6 +1,9 @@
 //! Rows as text or Parquet: a table for people, CSV, JSON and Parquet for programs.
 //!
-//! Programs get numbers with all their digits, so that they read back bit for bit; people get six.
+//! Programs get numbers with all their digits, so that they read back bit for bit; people get six digits.
+//!
+//! CSV is written here and not by the `csv` crate, which writes NULL and the empty text alike. Here NULL is nothing and
+//! the empty text is `""`.
 
 use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use comfy_table::{Cell, CellAlignment, Table, presets};
@@ -31,23 +34,23 @@ impl FromStr for Format {
             "csv" => Ok(Self::Csv),
             "json" => Ok(Self::Json),
             "parquet" => Ok(Self::Parquet),
-            _ => Err(format!("`{name}` is no format: choose table, csv, json or parquet")),
+            _ => Err(format!("`{name}` is not a format: choose table, csv, json or parquet")),
         }
     }
 }
 
-/// Where rows go, in one of the formats.
+/// Writes the rows of an answer in one of the formats.
 pub(super) struct Sink<'a> {
     format: Format,
     names: Vec<String>,
     out: &'a mut dyn Write,
-    /// All rows so far, of the formats that need them all.
+    /// All rows so far, for the formats that need all of them before they write.
     kept: Vec<Vec<Value>>,
     rows: usize,
 }
 
 impl<'a> Sink<'a> {
-    /// Writes what stands before the rows.
+    /// Writes whatever comes before the rows.
     pub(super) fn begin(format: Format, names: Vec<String>, out: &'a mut dyn Write) -> Result<Self> {
         match format {
             Format::Csv => {
@@ -82,7 +85,7 @@ impl<'a> Sink<'a> {
         }
     }
 
-    /// Writes what stands after the rows.
+    /// Writes whatever comes after the rows.
     pub(super) fn end(self) -> Result<()> {
         match self.format {
             Format::Csv => {}
@@ -94,7 +97,7 @@ impl<'a> Sink<'a> {
     }
 }
 
-/// Names made distinct by numbers, as in `t, r, t_2`, for formats where a name must mean one column.
+/// Numbers names that occur twice, as in `t, r, t_2`, for formats where a name must mean one column.
 fn distinct(names: Vec<String>) -> Vec<String> {
     let mut distinct: Vec<String> = Vec::with_capacity(names.len());
     for name in names {
@@ -128,7 +131,6 @@ fn csv_cell(value: ValueRef<'_>) -> String {
         ValueRef::Null => String::new(),
         ValueRef::Integer(number) => number.to_string(),
         ValueRef::Real(number) => format!("{number:?}"),
-        // Quoted, lest it be taken for NULL.
         ValueRef::Text([]) => "\"\"".to_owned(),
         ValueRef::Text(bytes) => csv_text(&text(bytes)),
         ValueRef::Blob(bytes) => hex(bytes),
@@ -184,7 +186,7 @@ fn table_cell(value: &Value) -> String {
     }
 }
 
-/// One file; a column of integers or of numbers keeps its type, any other becomes text.
+/// The bytes of one file. A column of integers or of numbers keeps its type; any other becomes text.
 fn parquet(names: &[String], rows: &[Vec<Value>]) -> parquet::errors::Result<Vec<u8>> {
     let columns = names.iter().enumerate().map(|(index, name)| {
         let values = || rows.iter().map(move |row| &row[index]);

@@ -1,19 +1,22 @@
-//! The commit protocol: the samples of a batch as one file, safely on disk; then everything else in one transaction.
+//! How a batch of outcomes gets in: first its samples as one file, safely on disk; then everything else in one
+//! transaction.
 //!
-//! A crash between the two leaves a file that no row names, removed at the next opening. Committing the same batch again
-//! is harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
+//! A crash between the two leaves a file that no row names, which the next opening removes. Committing a batch twice is
+//! harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::{Clog, Failure, Samples, Trajectory};
-use crate::store::folders::dump_path;
-use crate::store::outlines::save_outlines;
-use crate::store::samples::{self, SCHEMA_VERSION, SampleFile};
-use crate::store::{Store, StoreError, database, disk};
+use crate::store::disk;
+use crate::store::error::StoreError;
+use crate::store::folders::{database, dump_path};
+use crate::store::sample_file::{self, SampleFile};
+use crate::store::write::outlines::save_outlines;
+use crate::store::write::{Store, catalogue};
 use rusqlite::{Connection, OptionalExtension, params};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Outcomes and marks that commit together.
+/// Outcomes, and marks of jobs that started, that commit together.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
     /// Jobs that workers took up.
@@ -46,20 +49,20 @@ impl NewOutcome<'_> {
     }
 }
 
-/// Commits a batch; returns the jobs that the store does not know, whose outcomes have no place in it.
+/// Commits a batch; returns the jobs that the store does not know and whose outcomes it therefore cannot keep.
 ///
 /// # Errors
-/// What the system, Parquet or SQLite report. Then nothing is committed, and committing again is safe.
+/// What the system, Parquet or SQLite report. Then nothing is committed, and the batch can be committed again.
 pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, StoreError> {
     let path = database(&store.dir);
     let (outcomes, unknown) = new_outcomes(&store.conn, &batch.finished).map_err(StoreError::sql(&path))?;
     let series: Vec<_> = outcomes.iter().filter_map(NewOutcome::samples).collect();
-    let file = if series.is_empty() { None } else { Some(samples::write(&store.dir, &series)?) };
+    let file = if series.is_empty() { None } else { Some(sample_file::write(&store.dir, &series)?) };
     let (run, dir) = (store.run, store.dir.clone());
     let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
     let save = || {
         if let Some(file) = &file {
-            catalogue(&transaction, file, &outcomes)?;
+            list_samples(&transaction, file, &outcomes)?;
         }
         outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run, &dir))?;
         mark_started(&transaction, &batch.started)
@@ -69,7 +72,7 @@ pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, Sto
     Ok(unknown)
 }
 
-/// Those outcomes whose jobs wait for one, the first of each job; and the jobs that are not in the store.
+/// The outcomes whose jobs wait for one, the first of each job; and the jobs that are not in the store.
 fn new_outcomes<'a>(
     conn: &Connection,
     finished: &'a [FinishedJob],
@@ -81,18 +84,15 @@ fn new_outcomes<'a>(
         match found {
             None => unknown.push(finished.job),
             Some((key, true)) if seen.insert(key) => outcomes.push(NewOutcome { key, finished }),
-            Some(_) => tracing::debug!(job = %finished.job, "this job has an outcome already, the second is dropped"),
+            Some(_) => tracing::debug!(job = %finished.job, "this job has an outcome already, a second one is dropped"),
         }
     }
     Ok((outcomes, unknown))
 }
 
-fn catalogue(conn: &Connection, file: &SampleFile, outcomes: &[NewOutcome<'_>]) -> rusqlite::Result<()> {
-    let mut add_file = conn.prepare_cached(
-        "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)",
-    )?;
-    add_file.execute(params![file.path, file.rows as i64, file.bytes as i64, file.checksum, SCHEMA_VERSION])?;
-    let file_key = conn.last_insert_rowid();
+/// Lists a new file in the catalogue, and where in it the rows of each job are.
+fn list_samples(conn: &Connection, file: &SampleFile, outcomes: &[NewOutcome<'_>]) -> rusqlite::Result<()> {
+    let file_key = catalogue::add(conn, file)?;
     let mut add_rows = conn.prepare_cached("INSERT OR REPLACE INTO sample_index VALUES (?1, ?2, ?3, ?4)")?;
     let mut first_row = 0;
     for outcome in outcomes {
@@ -106,7 +106,7 @@ fn catalogue(conn: &Connection, file: &SampleFile, outcomes: &[NewOutcome<'_>]) 
 
 fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, dir: &Path) -> rusqlite::Result<()> {
     let NewOutcome { key, finished: FinishedJob { job, result, wall_s, at } } = outcome;
-    // A mark that got lost counts as an attempt all the same.
+    // A job whose mark of having started got lost is still `pending`: that was an attempt too.
     let mut set_state =
         conn.prepare_cached("UPDATE jobs SET attempts = attempts + (state = 'pending'), state = ?2 WHERE key = ?1")?;
     match result {
@@ -125,7 +125,7 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, d
                  VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)",
             )?;
             let (class, step) = (failure.class.name(), integer(failure.step));
-            // Written before the failure was told; not there if the disk was full.
+            // The worker wrote it before it told the failure; it is not there if the disk was full.
             let dump = Some(dump_path(*job)).filter(|dump| dir.join(dump).exists());
             insert.execute(params![key, wall_s, class, failure.reason, step, run, at, dump]).map(drop)
         }

@@ -1,20 +1,22 @@
-//! Everything that single jobs left, their time series included.
+//! Everything that single jobs left, with their time series, and which programs computed it.
 
 use crate::parameters::JobId;
 use crate::results::fits::RunRecord;
 use crate::results::trajectory::{Outcome, Samples};
-use crate::store::{StoreError, database, open_reading, samples_table};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::read::{open_existing, samples_table};
 use rusqlite::{Connection, OptionalExtension};
 use std::path::Path;
 
-/// What each of the jobs left, in their order: `None` for one that has not ended or is unknown. Time series are read only if
-/// `with_samples`.
+/// What each of the jobs left, in their order: `None` for one that has not ended or is unknown. Time series are read
+/// only if `with_samples`.
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; what SQLite reports.
-pub fn records(dir: &Path, ids: &[JobId], with_samples: bool) -> Result<Vec<Option<RunRecord>>, StoreError> {
-    let conn = open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
-    samples_table::register(&conn, dir)?;
+pub(crate) fn records(dir: &Path, ids: &[JobId], with_samples: bool) -> Result<Vec<Option<RunRecord>>, StoreError> {
+    let conn = open_existing(dir)?;
+    samples_table::add_to(&conn, dir)?;
     let read = |id: &JobId| -> rusqlite::Result<Option<RunRecord>> {
         let Some(mut record) = record(&conn, *id)? else { return Ok(None) };
         if with_samples {
@@ -69,7 +71,7 @@ fn samples(conn: &Connection, id: JobId) -> rusqlite::Result<Samples> {
 
 /// Where the outcomes of a store come from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Origins {
+pub(crate) struct Origins {
     /// The commits of the programs that computed them.
     pub commits: String,
     /// The day, or the first and the last.
@@ -80,8 +82,8 @@ pub struct Origins {
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; what SQLite reports.
-pub fn origins(dir: &Path) -> Result<Origins, StoreError> {
-    let conn = open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
+pub(crate) fn origins(dir: &Path) -> Result<Origins, StoreError> {
+    let conn = open_existing(dir)?;
     let found = conn.query_row(
         "SELECT group_concat(DISTINCT git_commit), date(min(started), 'unixepoch'), date(max(started), 'unixepoch')
          FROM provenance WHERE key IN (SELECT provenance FROM outcomes)",

@@ -1,16 +1,18 @@
 //! The one thread that writes: outcomes come over a channel and commit in groups.
 //!
-//! A group commits when it is large enough, or when its oldest message has waited long enough; so a crash costs at most
-//! the work of that time, and a million tiny jobs do not cost a million disk flushes. A commit that fails is tried again
-//! with its batch kept: without end while the disk is full, else until the last try. Then, or when the run is to end, the
-//! writer stops, and [`Writer::finish`] says why.
+//! A group commits when it is large enough, or when its oldest message has waited long enough. So a crash costs at
+//! most the work of that time, and a million tiny jobs do not cost a million disk flushes.
+//!
+//! When a commit fails, the batch is kept and tried again: without end while the disk is full, a few times for any
+//! other reason. After the last try, or when the run is to end, the writer stops, and [`Writer::finish`] says why.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::{Failure, FailureClass, Trajectory};
-use crate::store::commit::{Batch, FinishedJob, commit};
-use crate::store::compact;
-use crate::store::patience::{self, Hurry};
-use crate::store::{Store, StoreError, unix_now};
+use crate::store::error::StoreError;
+use crate::store::unix_now;
+use crate::store::write::commit::{Batch, FinishedJob, commit};
+use crate::store::write::patience::{self, Hurry};
+use crate::store::write::{Store, compact, orphans};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -35,19 +37,19 @@ pub enum Message {
 /// When the writer commits, and how patient it is.
 #[derive(Clone, Debug)]
 pub struct WriterOptions {
-    /// Commit after so many outcomes,
+    /// The writer commits after so many outcomes.
     pub outcomes: usize,
-    /// or after so many recorded samples,
+    /// It commits after so many recorded samples.
     pub samples: usize,
-    /// or when the oldest message has waited so long.
+    /// It commits when the oldest message has waited so long.
     pub age: Duration,
-    /// Messages that wait for the writer before workers wait too.
+    /// So many messages may wait for the writer; then workers wait too.
     pub queue: usize,
-    /// Merge so many small sample files of about one size into one.
+    /// So many small sample files of about one size are merged into one.
     pub merge: usize,
-    /// Pauses after failed commits; the writer gives up after the last, but not because a disk is full.
+    /// The pauses after failed commits. The writer gives up after the last one, except while the disk is full.
     pub pauses: Vec<Duration>,
-    /// When it does not pause any more.
+    /// Says when the writer must not pause any more.
     pub hurry: Hurry,
 }
 
@@ -65,12 +67,12 @@ impl Default for WriterOptions {
     }
 }
 
-/// The writer no longer takes messages: it gave up, or has finished. [`Writer::finish`] tells.
+/// The writer takes no more messages: it gave up, or has finished. [`Writer::finish`] says which.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the writer of the store has stopped")]
 pub struct WriterStopped;
 
-/// A worker's way to the writer; a clone for each.
+/// A worker's way to the writer; every worker has a clone.
 #[derive(Clone, Debug)]
 pub struct OutcomeSender(
     /// `None` asks the writer to finish.
@@ -78,8 +80,8 @@ pub struct OutcomeSender(
 );
 
 impl OutcomeSender {
-    /// Hands a message over. An outcome waits for its place in the queue; a mark is dropped if there is none, for the
-    /// outcome makes up for it.
+    /// Hands a message over. An outcome waits for a place in the queue. A [`Message::Started`] is dropped when there
+    /// is no place, because the outcome makes up for it.
     ///
     /// # Errors
     /// [`WriterStopped`].
@@ -97,7 +99,7 @@ impl OutcomeSender {
 
 /// The writer thread of a store.
 ///
-/// Dropping it without [`Writer::finish`] saves what was sent, but swallows errors.
+/// Dropping it without [`Writer::finish`] saves what was sent, but only logs errors.
 #[derive(Debug)]
 pub struct Writer {
     sender: OutcomeSender,
@@ -108,16 +110,16 @@ impl Writer {
     /// Starts the thread.
     ///
     /// # Errors
-    /// If the system starts no thread.
+    /// If the system cannot start a thread.
     pub fn spawn(store: Store, options: WriterOptions) -> Result<Self, StoreError> {
-        let dir = store.dir().to_owned();
+        let dir = store.dir.clone();
         let (sender, receiver) = sync_channel(options.queue);
         let builder = std::thread::Builder::new().name("store-writer".to_owned());
         let thread = builder.spawn(move || write(store, &receiver, &options)).map_err(StoreError::io(&dir))?;
         Ok(Self { sender: OutcomeSender(sender), thread: Some(thread) })
     }
 
-    /// A way to this writer, for a worker.
+    /// A sender to this writer, for a worker.
     pub fn sender(&self) -> OutcomeSender {
         self.sender.clone()
     }
@@ -131,7 +133,7 @@ impl Writer {
     }
 
     fn stop(&mut self) -> Option<Result<Store, StoreError>> {
-        // A writer that gave up takes no message; joining it tells why.
+        // A writer that gave up takes no message; joining its thread says why.
         let _ = self.sender.0.send(None);
         self.thread.take()?.join().ok()
     }
@@ -147,7 +149,7 @@ impl Drop for Writer {
     }
 }
 
-/// The thread: collects, commits, until told to finish or until nobody can send any more.
+/// The thread: collects and commits, until it is told to finish or nobody can send any more.
 fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &WriterOptions) -> Result<Store, StoreError> {
     let mut pending = Pending::default();
     let mut unknown = Vec::new();
@@ -169,7 +171,7 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
         };
         let batch = std::mem::take(&mut pending).batch;
         unknown.extend(patiently_commit(&mut store, &batch, options)?);
-        store.folders().forget(batch.finished.iter().map(|finished| finished.job));
+        orphans::forget_checkpoints(&store.folders(), batch.finished.iter().map(|finished| finished.job));
         if let Err(error) = compact::compact(&mut store, options.merge) {
             // Nothing is lost: the small files stay.
             tracing::warn!(%error, "small sample files could not be merged; the next commit tries again");
@@ -181,7 +183,7 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
     }
 }
 
-/// What came since the last commit.
+/// What has come since the last commit.
 #[derive(Default)]
 struct Pending {
     batch: Batch,
@@ -202,7 +204,7 @@ impl Pending {
         }
     }
 
-    /// The age counts too: a steady stream of messages keeps the channel from timing out.
+    /// Whether it is time to commit. The age is asked too, because in a steady stream of messages no wait times out.
     fn is_due(&self, options: &WriterOptions) -> bool {
         self.batch.finished.len() >= options.outcomes
             || self.samples >= options.samples
@@ -227,19 +229,20 @@ fn patiently_commit(store: &mut Store, batch: &Batch, options: &WriterOptions) -
             let what = "the disk is full; outcomes wait and are saved as soon as there is room";
             tracing::warn!(%error, unsaved, "{what}");
         } else {
-            tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed, they are kept and tried again");
+            tracing::warn!(%error, unsaved, attempts, ?pause, "saving outcomes failed; they are kept and tried again");
         }
         options.hurry.pause(pause);
     }
 }
 
-/// How many samples a trajectory weighs as: four vertices of a kept shape fill a row.
+/// The size of a trajectory in rows of samples; four vertices of a kept shape take as much as a row.
 fn rows(trajectory: &Trajectory) -> usize {
     let vertices: usize = trajectory.outlines.iter().map(|outline| outline.x.len()).sum();
     trajectory.samples.len() + vertices / 4
 }
 
-/// A trajectory with a number that SQL cannot keep, or a ragged table, is a failed run: it must not block the others.
+/// Makes a failed run of a trajectory with a number that SQL cannot keep, or with columns of different lengths: it
+/// must not keep the others of its batch from being saved.
 fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     let step = trajectory.steps;
     let last_outline = trajectory.outlines.iter().rfind(|outline| outline.is_sound());
@@ -266,7 +269,7 @@ fn storable(trajectory: Trajectory) -> Result<Trajectory, Failure> {
     if let Some(outline) = trajectory.outlines.iter().find(|outline| !outline.is_sound()) {
         return fail(
             FailureClass::Unstable,
-            format!("the outline at t = {} has a coordinate that is no number", outline.t),
+            format!("the outline at t = {} has a coordinate that is not a number", outline.t),
         );
     }
     let samples = &trajectory.samples;

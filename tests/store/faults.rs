@@ -1,9 +1,9 @@
 //! Operations that fail, or are the last before the process dies, in the stores of tests.
 //!
-//! A test arms a store's folder; every operation below it is then counted, and the one that was asked for goes wrong. A
-//! process that died is played by a copy of the folder as it was at that instant, and by refusing every later operation of
-//! the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut in half, names
-//! are as before, removed files are back.
+//! A test arms a store's folder; every operation below it is then counted, and the one that was asked for goes wrong.
+//! A process that died is played by a copy of the folder as it was at that instant, and by refusing every later
+//! operation of the original. A power loss is played by undoing in the copy what was not yet flushed: contents are cut
+//! in half, names are as before, removed files are back.
 
 use crate::store::disk::Operation;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ pub(in crate::store) enum Fault {
 }
 
 /// What happens, and what happened, in one folder.
-struct Plan {
+struct ArmedFolder {
     folder: PathBuf,
     at: usize,
     fault: Fault,
@@ -38,15 +38,15 @@ struct Plan {
     removed: Vec<(PathBuf, Vec<u8>)>,
 }
 
-static PLANS: Mutex<Vec<Plan>> = Mutex::new(Vec::new());
+static ARMED: Mutex<Vec<ArmedFolder>> = Mutex::new(Vec::new());
 
-fn plans() -> MutexGuard<'static, Vec<Plan>> {
-    PLANS.lock().unwrap_or_else(PoisonError::into_inner)
+fn all_armed() -> MutexGuard<'static, Vec<ArmedFolder>> {
+    ARMED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Lets the operation number `at`, counted from 1, in `folder` go wrong; a copy of a dead store appears at `copy`.
 pub(in crate::store) fn arm(folder: &Path, at: usize, fault: Fault, copy: &Path) {
-    plans().push(Plan {
+    all_armed().push(ArmedFolder {
         folder: folder.to_owned(),
         at,
         fault,
@@ -62,10 +62,10 @@ pub(in crate::store) fn arm(folder: &Path, at: usize, fault: Fault, copy: &Path)
 
 /// Ends it; returns what operations there were, and whether the store died.
 pub(in crate::store) fn disarm(folder: &Path) -> (Vec<String>, bool) {
-    let mut plans = plans();
-    let index = plans.iter().position(|plan| plan.folder == folder).expect("the folder was armed");
-    let plan = plans.swap_remove(index);
-    (plan.seen, plan.dead)
+    let mut all = all_armed();
+    let index = all.iter().position(|armed| armed.folder == folder).expect("the folder was armed");
+    let armed = all.swap_remove(index);
+    (armed.seen, armed.dead)
 }
 
 fn refusal() -> std::io::Error {
@@ -74,56 +74,56 @@ fn refusal() -> std::io::Error {
 
 /// Counts an operation; refuses it if it is the one to fail, or if the store has died.
 pub(super) fn before(operation: Operation<'_>, path: &Path) -> std::io::Result<()> {
-    let mut plans = plans();
-    let Some(plan) = plans.iter_mut().find(|plan| path.starts_with(&plan.folder)) else { return Ok(()) };
-    if plan.dead {
+    let mut all = all_armed();
+    let Some(armed) = all.iter_mut().find(|armed| path.starts_with(&armed.folder)) else { return Ok(()) };
+    if armed.dead {
         return Err(refusal());
     }
-    plan.count += 1;
-    let name = path.strip_prefix(&plan.folder).unwrap_or(path).display();
-    plan.seen.push(format!("{operation:?} {name}"));
+    armed.count += 1;
+    let name = path.strip_prefix(&armed.folder).unwrap_or(path).display();
+    armed.seen.push(format!("{operation:?} {name}"));
     if operation == Operation::Remove
         && let Ok(bytes) = std::fs::read(path)
     {
-        plan.removed.push((path.to_owned(), bytes));
+        armed.removed.push((path.to_owned(), bytes));
     }
-    if plan.count == plan.at && plan.fault == Fault::Error { Err(refusal()) } else { Ok(()) }
+    if armed.count == armed.at && armed.fault == Fault::Error { Err(refusal()) } else { Ok(()) }
 }
 
 /// Notes what an operation did; the one after which the store dies makes the copy.
 pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()> {
-    let mut plans = plans();
-    let Some(plan) = plans.iter_mut().find(|plan| path.starts_with(&plan.folder)) else { return Ok(()) };
+    let mut all = all_armed();
+    let Some(armed) = all.iter_mut().find(|armed| path.starts_with(&armed.folder)) else { return Ok(()) };
     match operation {
         Operation::Create | Operation::Write => {
-            plan.unflushed.retain(|other| other != path);
-            plan.unflushed.push(path.to_owned());
+            armed.unflushed.retain(|other| other != path);
+            armed.unflushed.push(path.to_owned());
         }
-        Operation::Sync => plan.unflushed.retain(|other| other != path),
+        Operation::Sync => armed.unflushed.retain(|other| other != path),
         Operation::RenameTo(to) => {
-            for file in plan.unflushed.iter_mut().filter(|file| file.as_path() == path) {
+            for file in armed.unflushed.iter_mut().filter(|file| file.as_path() == path) {
                 *file = to.to_owned();
             }
-            plan.renamed.push((path.to_owned(), to.to_owned()));
+            armed.renamed.push((path.to_owned(), to.to_owned()));
         }
         Operation::SyncFolder => {
-            plan.renamed.retain(|(_, to)| to.parent() != Some(path));
-            plan.removed.retain(|(file, _)| file.parent() != Some(path));
+            armed.renamed.retain(|(_, to)| to.parent() != Some(path));
+            armed.removed.retain(|(file, _)| file.parent() != Some(path));
         }
         Operation::CreateFolder | Operation::Remove | Operation::Commit => {}
     }
-    if plan.count != plan.at || plan.fault == Fault::Error {
+    if armed.count != armed.at || armed.fault == Fault::Error {
         return Ok(());
     }
-    plan.dead = true;
-    copy_folder(&plan.folder, &plan.copy)?;
-    if plan.fault == Fault::PowerLoss {
-        plan.lose_power()?;
+    armed.dead = true;
+    copy_folder(&armed.folder, &armed.copy)?;
+    if armed.fault == Fault::PowerLoss {
+        armed.lose_power()?;
     }
     Err(refusal())
 }
 
-impl Plan {
+impl ArmedFolder {
     /// Undoes in the copy what was not flushed.
     fn lose_power(&self) -> std::io::Result<()> {
         let in_copy = |path: &Path| self.copy.join(path.strip_prefix(&self.folder).unwrap_or(path));

@@ -1,15 +1,15 @@
 //! The table `samples`: the catalogued Parquet files as a read-only SQLite table.
 //!
-//! `job_id = ?` is answered from the catalogue, so SQLite is told that such a lookup is cheap and a full scan dear: in a
-//! join it then loops over jobs and looks each one's samples up. Only the columns that a statement reads are decoded.
+//! The catalogue answers `job_id = ?`, so SQLite is told that such a lookup is cheap and a full scan dear. In a join
+//! it then loops over jobs and looks up the samples of each. Only the columns that a statement reads are decoded.
 //!
 //! The traits of `rusqlite::vtab` are unsafe because SQLite takes a pointer to each struct for one to its first field:
-//! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else is unsafe.
+//! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else here is unsafe.
 #![allow(unsafe_code)]
 
-use crate::store::StoreError;
-use crate::store::catalogue::{Catalogue, JobRows};
-use crate::store::samples::{COLUMNS, numbers};
+use crate::store::error::StoreError;
+use crate::store::read::sample_reader::{JobRows, SampleReader};
+use crate::store::sample_file::{COLUMNS, numbers};
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int32Type;
 use arrow_array::{Array, RecordBatch, StringArray};
@@ -29,22 +29,23 @@ use std::sync::Arc;
 const DECLARATION: &CStr = c"CREATE TABLE samples (job_id TEXT, t REAL, r REAL, h REAL, y REAL, v_g REAL,
                              ek_ratio REAL, shape REAL, area_error REAL)";
 
-/// Makes the samples of the store in `dir` known to `conn` as the table `samples`.
-pub(super) fn register(conn: &Connection, dir: &Path) -> std::result::Result<(), StoreError> {
+/// Adds the samples of the store in `dir` to a connection, as the table `samples`.
+pub(super) fn add_to(conn: &Connection, dir: &Path) -> std::result::Result<(), StoreError> {
     const MODULE: Module<'_, SamplesTable> = Module::eponymous_only_module();
-    let catalogue = Arc::new(Catalogue::open(dir)?);
-    conn.create_module(c"samples", &MODULE, Some(catalogue)).map_err(StoreError::sql(dir))
+    let reader = Arc::new(SampleReader::open(dir)?);
+    conn.create_module(c"samples", &MODULE, Some(reader)).map_err(StoreError::sql(dir))
 }
 
-/// The plan of a statement, as a number SQLite carries from `best_index` to `filter`: the columns it reads, a bit each
-/// from bit 1, and in bit 0 whether the job is given.
+/// How a statement reads the table. SQLite carries it from `best_index` to `filter` as a number.
 #[derive(Clone, Copy)]
-struct Plan {
+struct Access {
+    /// Whether the statement gives the job; bit 0 of the number.
     by_job: bool,
+    /// The columns that it reads, a bit each; bits 1 and up of the number.
     columns: u64,
 }
 
-impl Plan {
+impl Access {
     fn to_number(self) -> c_int {
         (self.columns << 1) as c_int | c_int::from(self.by_job)
     }
@@ -57,11 +58,11 @@ impl Plan {
 #[repr(C)]
 struct SamplesTable {
     base: sqlite3_vtab,
-    catalogue: Arc<Catalogue>,
+    samples: Arc<SampleReader>,
 }
 
 unsafe impl VTab<'_> for SamplesTable {
-    type Aux = Arc<Catalogue>;
+    type Aux = Arc<SampleReader>;
     type Cursor = SamplesCursor;
 
     fn connect(
@@ -72,8 +73,8 @@ unsafe impl VTab<'_> for SamplesTable {
         _table: &[u8],
         _args: &[&[u8]],
     ) -> Result<(Cow<'static, CStr>, Self)> {
-        let catalogue = aux.ok_or_else(|| Error::ModuleError("no catalogue given".to_owned()))?.clone();
-        Ok((Cow::Borrowed(DECLARATION), Self { base: sqlite3_vtab::default(), catalogue }))
+        let reader = aux.ok_or_else(|| Error::ModuleError("no store given".to_owned()))?.clone();
+        Ok((Cow::Borrowed(DECLARATION), Self { base: sqlite3_vtab::default(), samples: reader }))
     }
 
     fn best_index(&self, info: &mut IndexInfo) -> Result<bool> {
@@ -90,7 +91,7 @@ unsafe impl VTab<'_> for SamplesTable {
         }
         // The job's own id is known and need not be read.
         let columns = if by_job { used & !1 } else { used };
-        info.set_idx_num(Plan { by_job, columns }.to_number());
+        info.set_idx_num(Access { by_job, columns }.to_number());
         let (cost, rows) = if by_job { (1e3, 1_000) } else { (1e12, 1_000_000_000) };
         info.set_estimated_cost(cost);
         info.set_estimated_rows(rows);
@@ -98,16 +99,16 @@ unsafe impl VTab<'_> for SamplesTable {
     }
 
     fn open(&mut self) -> Result<SamplesCursor> {
-        Ok(SamplesCursor::new(self.catalogue.clone()))
+        Ok(SamplesCursor::new(self.samples.clone()))
     }
 }
 
 #[repr(C)]
 struct SamplesCursor {
     base: sqlite3_vtab_cursor,
-    catalogue: Arc<Catalogue>,
-    plan: Plan,
-    /// The job that was asked for; empty in a full scan.
+    samples: Arc<SampleReader>,
+    access: Access,
+    /// The job that the statement gives; empty in a full scan.
     job_id: String,
     /// Files still to be scanned, the next one last.
     files: Vec<String>,
@@ -118,11 +119,11 @@ struct SamplesCursor {
 }
 
 impl SamplesCursor {
-    fn new(catalogue: Arc<Catalogue>) -> Self {
+    fn new(samples: Arc<SampleReader>) -> Self {
         Self {
             base: sqlite3_vtab_cursor::default(),
-            catalogue,
-            plan: Plan { by_job: false, columns: 0 },
+            samples,
+            access: Access { by_job: false, columns: 0 },
             job_id: String::new(),
             files: Vec::new(),
             reader: None,
@@ -147,7 +148,7 @@ impl SamplesCursor {
                 None => match self.files.pop() {
                     None => return Ok(()),
                     Some(file) => {
-                        let read = || self.catalogue.read_file(&file, self.plan.columns).map_err(module_error);
+                        let read = || self.samples.read_file(&file, self.access.columns).map_err(module_error);
                         self.reader = Some(guarded(read)?);
                     }
                 },
@@ -158,17 +159,17 @@ impl SamplesCursor {
 
 unsafe impl VTabCursor for SamplesCursor {
     fn filter(&mut self, number: c_int, _: Option<&str>, args: &Filters<'_>) -> Result<()> {
-        self.plan = Plan::from_number(number);
+        self.access = Access::from_number(number);
         (self.reader, self.batch, self.row, self.row_id) = (None, None, 0, 0);
-        if !self.plan.by_job {
-            self.files = self.catalogue.files().map_err(module_error)?;
+        if !self.access.by_job {
+            self.files = self.samples.files().map_err(module_error)?;
             self.files.reverse();
             return self.load();
         }
-        // Only a text can be equal to a job_id.
+        // A value that is not a text equals no job_id.
         let Some(ValueRef::Text(job_id)) = args.iter().next() else { return Ok(()) };
         self.job_id = String::from_utf8_lossy(job_id).into_owned();
-        match guarded(|| self.catalogue.read_job(&self.job_id, self.plan.columns).map_err(module_error))? {
+        match guarded(|| self.samples.read_job(&self.job_id, self.access.columns).map_err(module_error))? {
             JobRows::None => Ok(()),
             JobRows::Decoded(batch) => {
                 self.batch = Some(batch);
@@ -196,15 +197,15 @@ unsafe impl VTabCursor for SamplesCursor {
 
     fn column(&self, context: &mut Context, index: c_int) -> Result<()> {
         let Some(batch) = &self.batch else { return context.set_result(Null) };
-        if index == 0 && self.plan.by_job {
+        if index == 0 && self.access.by_job {
             return context.set_result(self.job_id.as_str());
         }
-        // Batches hold the columns of the plan, in order.
-        let before = (self.plan.columns & ((1 << index) - 1)).count_ones() as usize;
+        // Batches hold the columns that are read, in order.
+        let before = (self.access.columns & ((1 << index) - 1)).count_ones() as usize;
         let column = batch.column(before);
         if index == 0 {
             let texts = column.as_dictionary::<Int32Type>().downcast_dict::<StringArray>();
-            let texts = texts.ok_or_else(|| Error::ModuleError("job_id is no text".to_owned()))?;
+            let texts = texts.ok_or_else(|| Error::ModuleError("the column job_id does not hold text".to_owned()))?;
             return context.set_result(texts.values().value(texts.keys().value(self.row) as usize));
         }
         let numbers = numbers(column);
@@ -228,7 +229,7 @@ fn module_error(error: StoreError) -> Error {
     })
 }
 
-/// Reads what may be a damaged file: a panic of the Parquet library must not pass through SQLite.
+/// Reads from a file that may be damaged: a panic of the Parquet library must not pass through SQLite.
 fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(read))
         .unwrap_or_else(|_| Err(Error::ModuleError(format!("a sample file is damaged; {NEXT_STEP}"))))

@@ -1,13 +1,14 @@
-//! Functions of numbers that SQLite leaves out, for queries: `sqrt`, `exp`, `ln`, `log10`, `sin`, `cos`, `floor`, `ceil` and `power(x, y)`.
+//! Functions of numbers that SQLite leaves out, for queries: `sqrt`, `exp`, `ln`, `log10`, `sin`, `cos`, `floor`,
+//! `ceil` and `power(x, y)`.
 //!
-//! As in SQLite's own, NULL gives NULL, and so does what has no value (`sqrt(-1)`, `ln(0)`). An example: the scatter of speeds is
-//! `sqrt(avg(v_g_mean * v_g_mean) - avg(v_g_mean) * avg(v_g_mean))`.
+//! As with SQLite's own, NULL gives NULL, and so does an argument for which there is no value (`sqrt(-1)`, `ln(0)`).
+//! For example, the scatter of speeds is `sqrt(avg(v_g_mean * v_g_mean) - avg(v_g_mean) * avg(v_g_mean))`.
 
 use rusqlite::functions::{Context, FunctionFlags};
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Result};
 
-/// A name and what it stands for.
+/// The name of a function and the function.
 type OfOne = (&'static str, fn(f64) -> f64);
 
 const OF_ONE: [OfOne; 8] = [
@@ -21,8 +22,8 @@ const OF_ONE: [OfOne; 8] = [
     ("ceil", libm::ceil),
 ];
 
-/// Makes the functions known to `conn`.
-pub(super) fn register(conn: &Connection) -> Result<()> {
+/// Adds the functions to a connection.
+pub(super) fn add_to(conn: &Connection) -> Result<()> {
     let flags = FunctionFlags::SQLITE_UTF8 | FunctionFlags::SQLITE_DETERMINISTIC | FunctionFlags::SQLITE_INNOCUOUS;
     for (name, function) in OF_ONE {
         conn.create_scalar_function(name, 1, flags, move |context| {

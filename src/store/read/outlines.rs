@@ -1,10 +1,11 @@
-//! Shapes of droplets, and whatever else a picture of a job needs: its story and its path.
+//! What a picture of a job needs: the shapes of its droplet, how it went, and its path.
 
 use crate::parameters::JobId;
 use crate::results::outline::Outline;
-use crate::store::read::corrupt;
-use crate::store::{StoreError, database, open_reading, samples_table};
-use rusqlite::{Connection, OptionalExtension, Row, params};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::read::{corrupt, open_existing, samples_table};
+use rusqlite::{OptionalExtension, Row};
 use std::path::Path;
 
 /// How a job went, in the words of the store.
@@ -24,28 +25,12 @@ pub struct JobStory {
     pub error: Option<String>,
 }
 
-/// Replaces the shapes of a job.
-pub(super) fn save_outlines<'a>(
-    conn: &Connection,
-    job: i64,
-    outlines: impl IntoIterator<Item = &'a Outline>,
-) -> rusqlite::Result<()> {
-    conn.prepare_cached("DELETE FROM shape_rows WHERE job = ?1")?.execute([job])?;
-    let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO shape_rows VALUES (?1, ?2, ?3, ?4)")?;
-    for Outline { t, x, y, loads } in outlines {
-        let vertices: Vec<u8> = x.iter().chain(y).flat_map(|c| c.to_le_bytes()).collect();
-        let loads = serde_json::to_string(loads).expect("loads hold only plain numbers");
-        insert.execute(params![job, t, vertices, loads])?;
-    }
-    Ok(())
-}
-
 /// The kept shapes of a job of the store in `dir`, by time; none for a job that is unknown or has not run.
 ///
 /// # Errors
-/// [`StoreError::Missing`] without a store; [`StoreError::Corrupt`] for a row that is no shape.
+/// [`StoreError::Missing`] without a store; [`StoreError::Corrupt`] for a row that does not describe a shape.
 pub fn outlines(dir: &Path, id: JobId) -> Result<Vec<Outline>, StoreError> {
-    let conn = open(dir)?;
+    let conn = open_existing(dir)?;
     let read = || -> rusqlite::Result<Vec<Option<Outline>>> {
         let mut statement = conn.prepare(
             "SELECT t, vertices, loads FROM shape_rows JOIN jobs ON jobs.key = shape_rows.job
@@ -58,7 +43,7 @@ pub fn outlines(dir: &Path, id: JobId) -> Result<Vec<Outline>, StoreError> {
     outlines.ok_or_else(|| corrupt(id, "its outline cannot be read".to_owned()))
 }
 
-/// The shape of a row; `None` if it is none.
+/// The shape in a row; `None` if the row does not describe one.
 fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
     let (t, vertices, loads) = (row.get(0)?, row.get_ref(1)?.as_blob()?, row.get_ref(2)?.as_str()?);
     let (numbers, rest) = vertices.as_chunks::<8>();
@@ -68,12 +53,12 @@ fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
     Ok(loads.map(|loads| Outline { t, x, y, loads }).filter(|outline| rest.is_empty() && outline.is_sound()))
 }
 
-/// How the job went, or `None` if it has not ended or is unknown.
+/// How a job went; `None` if it has not ended or is unknown.
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; what SQLite reports.
-pub fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, StoreError> {
-    let story = open(dir)?.query_row(
+pub(crate) fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, StoreError> {
+    let story = open_existing(dir)?.query_row(
         "SELECT outcome, mechanism, outcomes.r_end, outcomes.t_end, error_class, error FROM jobs
          JOIN outcomes ON outcomes.job = jobs.key LEFT JOIN clogs ON clogs.job = jobs.key WHERE job_id = ?1",
         [id.to_string()],
@@ -95,32 +80,12 @@ pub fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, StoreError> 
 ///
 /// # Errors
 /// [`StoreError::Missing`] without a store; what SQLite reports.
-pub fn job_path(dir: &Path, id: JobId) -> Result<Vec<[f64; 3]>, StoreError> {
-    let conn = open(dir)?;
-    samples_table::register(&conn, dir)?;
+pub(crate) fn job_path(dir: &Path, id: JobId) -> Result<Vec<[f64; 3]>, StoreError> {
+    let conn = open_existing(dir)?;
+    samples_table::add_to(&conn, dir)?;
     let read = || -> rusqlite::Result<Vec<[f64; 3]>> {
         let mut statement = conn.prepare("SELECT t, h, y FROM samples WHERE job_id = ?1 ORDER BY t")?;
         statement.query_map([id.to_string()], |row| Ok([row.get(0)?, row.get(1)?, row.get(2)?]))?.collect()
     };
     read().map_err(StoreError::sql(&database(dir)))
-}
-
-/// At most `most` jobs, of any physics version, whose id begins with `prefix`, by id.
-///
-/// # Errors
-/// [`StoreError::Missing`] without a store; what SQLite reports.
-pub fn find_jobs(dir: &Path, prefix: &str, most: usize) -> Result<Vec<JobId>, StoreError> {
-    let conn = open(dir)?;
-    let read = || -> rusqlite::Result<Vec<String>> {
-        // `g` follows the last hexadecimal digit.
-        let mut statement =
-            conn.prepare("SELECT job_id FROM jobs WHERE job_id >= ?1 AND job_id < ?1 || 'g' ORDER BY job_id LIMIT ?2")?;
-        statement.query_map(params![prefix.to_ascii_lowercase(), most as i64], |row| row.get(0))?.collect()
-    };
-    let ids = read().map_err(StoreError::sql(&database(dir)))?;
-    ids.iter().map(|id| id.parse().map_err(|error| corrupt(id, format!("{error}")))).collect()
-}
-
-fn open(dir: &Path) -> Result<Connection, StoreError> {
-    open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))
 }

@@ -1,8 +1,9 @@
-//! SQL over a store: `runs`, `clog_events`, `lambda_fits`, `speed_averages` and `samples` in one statement, read-only.
+//! One SQL statement over a store, which only reads: it may join all views, all tables, and the table `samples`.
 
-use crate::store::format::{Format, Sink};
-use crate::store::{StoreError, functions, open_reading, samples_table};
-use rusqlite::{Connection, Statement};
+use crate::store::error::StoreError;
+use crate::store::read::format::{Format, Sink};
+use crate::store::read::{functions, open_existing, samples_table};
+use rusqlite::{Connection, ErrorCode, Statement};
 use std::io::Write;
 use std::path::Path;
 
@@ -25,22 +26,40 @@ pub enum QueryError {
     Output(#[source] std::io::Error),
 }
 
-/// Answers one SQL statement from the store in `dir`, writing rows to `out` as they come (a table: at the end).
+/// Answers one SQL statement from the store in `dir`. Rows are written to `out` as they come; those of a table and of a
+/// Parquet file, whose form depends on all of them, at the end.
 ///
 /// A reader that has seen enough and closes the pipe ends the query without an error.
 ///
 /// # Errors
-/// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words, and the names that exist if a table
-/// or a column does not; [`QueryError::Output`].
+/// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words and, where a table or a column
+/// does not exist, the names of those that do; [`QueryError::Output`].
 pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Result<(), QueryError> {
-    let conn = open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?;
-    samples_table::register(&conn, dir)?;
-    functions::register(&conn).map_err(StoreError::sql(dir))?;
+    let conn = open_existing(dir)?;
+    samples_table::add_to(&conn, dir)?;
+    functions::add_to(&conn).map_err(StoreError::sql(dir))?;
     let mut statement = conn.prepare(sql).map_err(|error| explain(&conn, &error))?;
     match answer(&conn, &mut statement, format, out) {
         Err(QueryError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         answered => answered,
     }
+}
+
+/// A few jobs of each kind, clogs first.
+const EXAMPLES: &str = "
+    SELECT job_id, model, gamma, e_w, w_ob, seed, coalesce(outcome, error_class) AS ended, mechanism, r_end FROM (
+        SELECT *, row_number() OVER
+            (PARTITION BY model, outcome, error_class, mechanism ORDER BY gamma, e_w, seed) AS place
+        FROM runs LEFT JOIN (SELECT job_id, mechanism FROM clog_events) USING (job_id)
+        WHERE state IN ('done', 'failed'))
+    WHERE place <= 3 ORDER BY outcome IS NOT 'clogged', outcome, mechanism, model, place LIMIT 24";
+
+/// Writes a table of a few ended jobs of each kind, for people to choose from.
+///
+/// # Errors
+/// As [`query`].
+pub(crate) fn example_jobs(dir: &Path, out: &mut dyn Write) -> Result<(), QueryError> {
+    query(dir, EXAMPLES, Format::Table, out)
 }
 
 fn answer(
@@ -70,12 +89,15 @@ fn explain(conn: &Connection, error: &rusqlite::Error) -> QueryError {
     let hint = match error {
         _ if problem.contains("no such table") => format!("\n  there are: {}", tables(conn).join(", ")),
         rusqlite::Error::SqlInputError { msg, sql, .. } if msg.contains("no such column") => columns_of(conn, sql),
+        _ if error.sqlite_error_code() == Some(ErrorCode::ReadOnly) => {
+            "\n  a query only reads: `meniscus run`, `fit` and `check --repair` are what changes a store".to_owned()
+        }
         _ => String::new(),
     };
     QueryError::Sql { problem, hint }
 }
 
-/// The message, then the line of the statement it is about with a mark under the place.
+/// The message, then the line of the statement that it is about, with a mark under the place.
 fn place(message: &str, sql: &str, offset: i32) -> String {
     let Some((before, after)) = usize::try_from(offset).ok().and_then(|offset| sql.split_at_checked(offset)) else {
         return message.to_owned();
@@ -100,7 +122,7 @@ fn columns_of(conn: &Connection, sql: &str) -> String {
         .collect()
 }
 
-/// What a query can read, the contract first.
+/// The names that a query can read from: `samples`, then views, then tables.
 fn tables(conn: &Connection) -> Vec<String> {
     let read = || -> rusqlite::Result<Vec<String>> {
         let mut statement = conn.prepare(

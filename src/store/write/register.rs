@@ -1,9 +1,13 @@
-//! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
+//! What a run writes before it computes: the campaign, its grid points and pending jobs, and which program runs them.
 
 use crate::campaign::file::Campaign;
-use crate::parameters::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
-use crate::store::{Holder, Store, StoreError, database, disk, unix_now};
-use rusqlite::types::Value;
+use crate::parameters::{JobId, PHYSICS_VERSION, Point, PointId};
+use crate::store::error::StoreError;
+use crate::store::folders::database;
+use crate::store::holder::Holder;
+use crate::store::schema::points;
+use crate::store::write::{Store, give_back};
+use crate::store::{disk, unix_now};
 use rusqlite::{Connection, params, params_from_iter};
 use std::ops::Range;
 
@@ -28,8 +32,8 @@ pub struct PlannedPoint<'a> {
 }
 
 impl PlannedPoint<'_> {
-    /// Those of all blocks, in their order.
-    pub fn all(campaign: &Campaign) -> impl Iterator<Item = PlannedPoint<'_>> {
+    /// The planned points of all blocks of a campaign, in their order.
+    pub(crate) fn all(campaign: &Campaign) -> impl Iterator<Item = PlannedPoint<'_>> {
         campaign.blocks.iter().flat_map(|block| {
             let points = block.points.iter().zip(&block.point_ids);
             points.map(|(point, &point_id)| PlannedPoint { point, point_id, seeds: block.seeds.clone() })
@@ -48,7 +52,7 @@ pub struct Registered {
     pub new_jobs: usize,
 }
 
-/// What computes a run: told by the caller; host and process are added by the store.
+/// What computes a run. The caller tells these; the store adds host and process.
 #[derive(Clone, Copy, Debug)]
 pub struct Provenance<'a> {
     /// Version of the program.
@@ -66,7 +70,8 @@ pub struct Provenance<'a> {
 impl Store {
     /// Adds a campaign, its points and one pending job a seed, where they are not there yet, in one transaction.
     ///
-    /// Nothing that is there changes: a job that another campaign brought stays its, with its state and its result.
+    /// Nothing that is there changes: a job that another campaign brought stays with that campaign, and keeps its
+    /// state and result.
     ///
     /// # Errors
     /// [`StoreError::SeedTooLarge`]; else what SQLite reports, and then nothing was added.
@@ -88,7 +93,7 @@ impl Store {
     /// Notes that a run begins; outcomes written from now on belong to it. Returns its key in `provenance`.
     ///
     /// # Errors
-    /// What SQLite reports, an unknown campaign key among it.
+    /// What SQLite reports, for example for an unknown campaign key.
     pub fn begin_run(&mut self, provenance: &Provenance<'_>) -> Result<i64, StoreError> {
         let Holder { pid, host } = Holder::this_process();
         let Provenance { program_version, git_commit, rustc, cpu_features, campaign } = *provenance;
@@ -107,18 +112,18 @@ impl Store {
         Ok(key)
     }
 
-    /// Notes that the run that [`Store::begin_run`] began has ended, jobs under way being `pending` again; without one it does
-    /// nothing.
+    /// Notes that the run that [`Store::begin_run`] began has ended, and sets jobs under way back to `pending`.
+    /// Without such a run it does nothing.
     ///
     /// # Errors
     /// What SQLite reports.
-    pub fn end_run(&mut self) -> Result<(), StoreError> {
+    pub(crate) fn end_run(&mut self) -> Result<(), StoreError> {
         let Some(run) = self.run.take() else { return Ok(()) };
         let path = database(&self.dir);
         let transaction = self.conn.transaction().map_err(StoreError::sql(&path))?;
         let end = || {
             transaction.execute("UPDATE provenance SET ended = ?1 WHERE key = ?2", (unix_now(), run))?;
-            crate::store::give_back(&transaction)
+            give_back(&transaction)
         };
         end().map_err(StoreError::sql(&path))?;
         disk::commit(transaction, &path)
@@ -160,47 +165,12 @@ fn add_campaign(conn: &Connection, campaign: &CampaignRecord<'_>) -> rusqlite::R
 
 /// Adds a grid point with its parameters as columns; returns 1, or 0 if it was there.
 fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<usize> {
-    let mut add = conn.prepare_cached(
-        "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
-                             n_vertices, dt, integrator)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)
-         ON CONFLICT (point_id) DO NOTHING",
-    )?;
-    let named = [planned.point_id.to_string().into(), planned.point.canonical().into()];
-    add.execute(params_from_iter(named.into_iter().chain(columns(planned.point))))
-}
-
-/// The parameters of a point as the columns `model` to `integrator` of its row.
-pub(super) fn columns(point: &Point) -> [Value; 15] {
-    let (ring, e_w) = match &point.model {
-        Model::Deformable(ring) => (Some(ring), ring.e_w),
-        Model::Soft(soft) => (None, soft.e_w),
-    };
-    let (field, sigma_ob, channel) = match &point.scene {
-        Scene::Obstacles(field) => (Some(field), Some(field.sigma_ob), None),
-        Scene::Disc(disc) => (None, Some(disc.sigma_ob), None),
-        Scene::Channel(channel) => (None, None, Some(channel)),
-        Scene::Plate => (None, None, None),
-    };
-    let density = field.map(|field| match field.density {
-        Density::Saturated => Value::Text("saturated".to_owned()),
-        Density::Number(number) => Value::Real(number),
-    });
-    [
-        Value::Text(point.model.name().to_owned()),
-        Value::Text(point.scene.name().to_owned()),
-        ring.map(|ring| ring.gamma).into(),
-        e_w.into(),
-        field.map(|field| field.w_ob).into(),
-        sigma_ob.into(),
-        density.unwrap_or(Value::Null),
-        point.b0.into(),
-        point.v_t.into(),
-        ring.map(|ring| ring.k_a).into(),
-        ring.map(|ring| ring.kappa).into(),
-        channel.map(|channel| channel.w).into(),
-        ring.map(|ring| ring.n_vertices as i64).into(),
-        point.stepping.dt.into(),
-        Value::Text(point.stepping.integrator.name().to_owned()),
-    ]
+    let values = points::values(planned.point);
+    let mut add = conn.prepare_cached(&format!(
+        "INSERT INTO points (point_id, spec, {}) VALUES (?, ?{}) ON CONFLICT (point_id) DO NOTHING",
+        points::COLUMNS,
+        ", ?".repeat(values.len())
+    ))?;
+    let identity = [planned.point_id.to_string().into(), planned.point.canonical().into()];
+    add.execute(params_from_iter(identity.into_iter().chain(values)))
 }

@@ -1,18 +1,19 @@
-//! The operations that the commit protocol is made of, a function each: an instant at which each may fail, or be the
-//! last before the process dies.
+//! The operations that change a store, a function each.
 //!
-//! In the unit tests of this crate `faults` makes them do so; elsewhere they are the system's calls and nothing more.
+//! This is a seam for tests. The unit tests of this crate put [`faults`] behind it, which lets any one operation fail
+//! or be the last before the process dies. Elsewhere each function is the system's call and nothing more.
 
 #[cfg(test)]
+#[path = "../../tests/store/faults.rs"]
 pub(super) mod faults;
 
-use crate::store::StoreError;
+use crate::store::error::StoreError;
 use rusqlite::Transaction;
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-/// What an operation does; `faults` needs to know, to tell what a power loss would undo.
+/// What an operation does; `faults` needs to know it, to work out what a power loss would undo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operation<'a> {
     CreateFolder,
@@ -75,14 +76,14 @@ pub(super) fn sync_folder(path: &Path) -> Result<(), StoreError> {
     act(Operation::SyncFolder, path, || File::open(path)?.sync_all())
 }
 
-/// Writes a new file, safely on disk when this returns; its name is so only after [`sync_folder`].
+/// Writes a new file. When this returns its bytes are safely on disk; its name is so only after [`sync_folder`].
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let file = create(path)?;
     write(&file, path, bytes).map_err(StoreError::io(path))?;
     sync(&file, path)
 }
 
-/// Copies a file, safely on disk when this returns; its name is so only after [`sync_folder`].
+/// Copies a file. When this returns the bytes are safely on disk; the name is so only after [`sync_folder`].
 pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
     let mut source = File::open(from).map_err(StoreError::io(from))?;
     let mut file = create(to)?;
@@ -90,7 +91,7 @@ pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
     sync(&file, to)
 }
 
-/// Gives a file another name, replacing what had it.
+/// Gives a file another name, and replaces what had that name.
 pub(super) fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
     act(Operation::RenameTo(to), from, || std::fs::rename(from, to))
 }

@@ -1,0 +1,64 @@
+//! The catalogue of sample files: which there are, and whose rows each holds.
+
+use crate::store::sample_file::{SCHEMA_VERSION, SampleFile};
+use rusqlite::{Connection, params};
+use std::ops::Range;
+
+/// A file of the catalogue.
+#[derive(Debug)]
+pub(in crate::store) struct CataloguedFile {
+    pub key: i64,
+    pub file: SampleFile,
+}
+
+/// The rows of a job in a file.
+#[derive(Debug)]
+pub(in crate::store) struct JobSpan {
+    pub key: i64,
+    pub job_id: String,
+    /// Whether this program can compute it again.
+    pub is_current: bool,
+    pub rows: Range<usize>,
+}
+
+/// The files of the catalogue, oldest first.
+pub(in crate::store) fn list(conn: &Connection) -> rusqlite::Result<Vec<CataloguedFile>> {
+    let mut statement =
+        conn.prepare_cached("SELECT key, path, rows, bytes, checksum FROM sample_files ORDER BY key")?;
+    let files = statement.query_map([], |row| {
+        let (rows, bytes) = (row.get::<_, i64>(2)? as u64, row.get::<_, i64>(3)? as u64);
+        let file = SampleFile { path: row.get(1)?, rows, bytes, checksum: row.get(4)? };
+        Ok(CataloguedFile { key: row.get(0)?, file })
+    });
+    files?.collect()
+}
+
+impl CataloguedFile {
+    /// Whose rows it holds, in the order of the rows.
+    pub(in crate::store) fn jobs(&self, conn: &Connection) -> rusqlite::Result<Vec<JobSpan>> {
+        let mut statement = conn.prepare_cached(
+            "SELECT jobs.key, jobs.job_id, first_row, row_count,
+                    physics_version = (SELECT physics_version FROM current)
+             FROM sample_index JOIN jobs ON jobs.key = sample_index.job WHERE file = ?1 ORDER BY first_row, row_count",
+        )?;
+        let jobs = statement.query_map([self.key], |row| {
+            let (first, count) = (row.get::<_, u32>(2)? as usize, row.get::<_, u32>(3)? as usize);
+            Ok(JobSpan {
+                key: row.get(0)?,
+                job_id: row.get(1)?,
+                is_current: row.get::<_, Option<bool>>(4)?.unwrap_or(true),
+                rows: first..first + count,
+            })
+        });
+        jobs?.collect()
+    }
+}
+
+/// Adds a file to the catalogue; returns its key.
+pub(super) fn add(conn: &Connection, file: &SampleFile) -> rusqlite::Result<i64> {
+    let mut add = conn.prepare_cached(
+        "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)",
+    )?;
+    add.execute(params![file.path, file.rows as i64, file.bytes as i64, file.checksum, SCHEMA_VERSION])?;
+    Ok(conn.last_insert_rowid())
+}

@@ -1,0 +1,88 @@
+//! Files that no row of the database needs: what a crash left, and sample files that were merged into others.
+
+use crate::parameters::JobId;
+use crate::store::error::StoreError;
+use crate::store::folders::{Folders, database, files_in, samples_dir};
+use crate::store::write::Store;
+use crate::store::{checkpoint_file, disk, lock};
+use rusqlite::{Connection, OptionalExtension};
+use std::collections::HashSet;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Sample files that no row names, and what was cut short beside the database: half a backup, seal or repair.
+pub(in crate::store) fn files(dir: &Path, conn: &Connection) -> Result<Vec<PathBuf>, StoreError> {
+    let mut found = samples(dir, conn)?;
+    found.extend(files_in(dir)?.into_iter().filter(|path| extension(path) == Some("tmp")));
+    Ok(found)
+}
+
+/// Sample files that no row names, whole or half-written; other files in `samples/` are somebody else's.
+fn samples(dir: &Path, conn: &Connection) -> Result<Vec<PathBuf>, StoreError> {
+    let known = catalogued(conn).map_err(StoreError::sql(&database(dir)))?;
+    let is_orphan = |path: &PathBuf| {
+        matches!(extension(path), Some("tmp" | "parquet")) && path.file_name().is_none_or(|name| !known.contains(name))
+    };
+    Ok(files_in(&samples_dir(dir))?.into_iter().filter(is_orphan).collect())
+}
+
+fn extension(path: &Path) -> Option<&str> {
+    path.extension()?.to_str()
+}
+
+/// The names of the catalogued sample files.
+fn catalogued(conn: &Connection) -> rusqlite::Result<HashSet<OsString>> {
+    let mut statement = conn.prepare("SELECT path FROM sample_files")?;
+    let names = statement.query_map([], |row| {
+        let path: String = row.get(0)?;
+        Ok(Path::new(&path).file_name().unwrap_or_default().to_owned())
+    })?;
+    names.collect()
+}
+
+/// Removes sample files that no row names. While readers may still look at some of them, it leaves all for the next
+/// time.
+pub(super) fn remove_samples(store: &Store) -> Result<(), StoreError> {
+    let Some(_alone) = lock::without_readers(&store.dir)? else { return Ok(()) };
+    for path in samples(&store.dir, &store.conn)? {
+        tracing::debug!(file = %path.display(), "removing a sample file that no row names");
+        disk::remove(&path)?;
+    }
+    Ok(())
+}
+
+/// Removes half-written checkpoints, checkpoints of jobs that have ended, and dumps of jobs that have not failed.
+pub(super) fn remove_checkpoints(store: &Store) -> Result<(), StoreError> {
+    let (folders, sql) = (store.folders(), StoreError::sql);
+    let path = database(&store.dir);
+    let mut find = store.conn.prepare("SELECT state FROM jobs WHERE job_id = ?1").map_err(sql(&path))?;
+    for (folder, kept) in [(folders.checkpoints(), ["pending", "running"]), (folders.dumps(), ["failed"; 2])] {
+        for file in files_in(&folder)? {
+            let is_orphan = match checkpoint_file::job_of(&file) {
+                Some(job) => {
+                    let state = find.query_row([job.to_string()], |row| row.get::<_, String>(0)).optional();
+                    // A file of a job that is not known may be somebody else's.
+                    state.map_err(sql(&path))?.is_some_and(|state| !kept.contains(&state.as_str()))
+                }
+                None => file.to_string_lossy().ends_with(".ckpt.tmp"),
+            };
+            if is_orphan {
+                tracing::debug!(file = %file.display(), "removing what a crash left");
+                disk::remove(&file)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Removes the checkpoints of jobs whose outcomes are committed.
+pub(super) fn forget_checkpoints(folders: &Folders, jobs: impl Iterator<Item = JobId>) {
+    let folder = folders.checkpoints();
+    for job in jobs {
+        let path = checkpoint_file::path_of(&folder, job);
+        // Most jobs have none, and one that cannot be removed now goes at the next opening.
+        if path.exists() {
+            let _ = disk::remove(&path);
+        }
+    }
+}
