@@ -23,6 +23,7 @@ use meniscus::physics::ring::effects::RingEffects;
 use meniscus::physics::ring::forces::contact::Contact;
 use meniscus::physics::ring::forces::drag::Drag;
 use meniscus::physics::ring::forces::gravity::Gravity;
+use meniscus::physics::ring::forces::tension::EdgeTension;
 use meniscus::physics::simd::best_instruction_set;
 use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
 use std::sync::Arc;
@@ -44,7 +45,7 @@ const HUNG: &str = "scene = \"disc\"\nsigma_ob = 0.3\ngamma = 1.0\nh_start = -0.
 const LINES: &[(&str, &str, &str)] = &[
     ("all that is absent", FREE, "self_contact = \"off\""),
     ("kappa = 0: no perimeter", FREE, "self_contact = \"off\"\nkappa = 0.0"),
-    ("linear spring", FREE, "self_contact = \"off\"\nkappa = 0.31830177"),
+    ("linear spring", FREE, "self_contact = \"off\"\nkappa = 0.3183018965200345"),
     ("self-contact, nothing folded", FREE, ""),
     ("hydrostatic gravity", FREE, "self_contact = \"off\"\ngravity = \"centroid\"\nkappa = 0.32"),
     ("near-wall drag", FREE, "self_contact = \"off\"\nb0 = 0.1"),
@@ -91,6 +92,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 fn main() {
+    let linear = Deformable { n_vertices: N, kappa: 0.3183018965200345, ..Deformable::of_tension(1.0) };
+    assert!(matches!(EdgeTension::of(&linear), EdgeTension::Linear { .. }), "the line of the linear spring is one");
     let rounds = std::env::args().skip(1).find_map(|word| word.parse().ok()).unwrap_or(15);
     let (mut base, mut times) = (Vec::new(), vec![Vec::new(); LINES.len()]);
     for _ in 0..rounds {
