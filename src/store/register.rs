@@ -1,7 +1,7 @@
 //! Writing plans into the store: campaigns, grid points and pending jobs, added and never changed; and who ran them.
 
 use crate::campaign::file::Campaign;
-use crate::parameters::{Density, JobId, Model, PHYSICS_VERSION, Point, PointId, Scene};
+use crate::parameters::{self, Domain, JobId, PHYSICS_VERSION, Parameter, Point, PointId, list};
 use crate::store::{Holder, Store, StoreError, database, disk, unix_now};
 use rusqlite::types::Value;
 use rusqlite::{Connection, params, params_from_iter};
@@ -160,47 +160,30 @@ fn add_campaign(conn: &Connection, campaign: &CampaignRecord<'_>) -> rusqlite::R
 
 /// Adds a grid point with its parameters as columns; returns 1, or 0 if it was there.
 fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<usize> {
-    let mut add = conn.prepare_cached(
-        "INSERT INTO points (point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
-                             n_vertices, dt, integrator)
-         VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17)
-         ON CONFLICT (point_id) DO NOTHING",
-    )?;
     let named = [planned.point_id.to_string().into(), planned.point.canonical().into()];
-    add.execute(params_from_iter(named.into_iter().chain(columns(planned.point))))
+    let values: Vec<Value> = named.into_iter().chain(columns(planned.point)).collect();
+    let sql = format!(
+        "INSERT INTO points (point_id, spec, {}) VALUES (?1{}) ON CONFLICT (point_id) DO NOTHING",
+        column_names(),
+        ", ?".repeat(values.len() - 1)
+    );
+    conn.prepare_cached(&sql)?.execute(params_from_iter(values))
 }
 
-/// The parameters of a point as the columns `model` to `integrator` of its row.
-pub(super) fn columns(point: &Point) -> [Value; 15] {
-    let (ring, e_w) = match &point.model {
-        Model::Deformable(ring) => (Some(ring), ring.e_w),
-        Model::Soft(soft) => (None, soft.e_w),
+/// The columns of a point's parameters, as SQL names them.
+pub(super) fn column_names() -> String {
+    list::columns().map(|parameter| parameter.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The parameters of a point, in the order of [`column_names`].
+pub(super) fn columns(point: &Point) -> Vec<Value> {
+    let column = |parameter: &Parameter| match list::value(point, parameter.name) {
+        Some(parameters::Value::Number(number)) if matches!(parameter.domain, Domain::Whole(_)) => {
+            Value::Integer(number as i64)
+        }
+        Some(parameters::Value::Number(number)) => Value::Real(number),
+        Some(parameters::Value::Word(word)) => Value::Text(word.to_owned()),
+        None => Value::Null,
     };
-    let (field, sigma_ob, channel) = match &point.scene {
-        Scene::Obstacles(field) => (Some(field), Some(field.sigma_ob), None),
-        Scene::Disc(disc) => (None, Some(disc.sigma_ob), None),
-        Scene::Channel(channel) => (None, None, Some(channel)),
-        Scene::Plate => (None, None, None),
-    };
-    let density = field.map(|field| match field.density {
-        Density::Saturated => Value::Text("saturated".to_owned()),
-        Density::Number(number) => Value::Real(number),
-    });
-    [
-        Value::Text(point.model.name().to_owned()),
-        Value::Text(point.scene.name().to_owned()),
-        ring.map(|ring| ring.gamma).into(),
-        e_w.into(),
-        field.map(|field| field.w_ob).into(),
-        sigma_ob.into(),
-        density.unwrap_or(Value::Null),
-        point.b0.into(),
-        point.v_t.into(),
-        ring.map(|ring| ring.k_a).into(),
-        ring.map(|ring| ring.kappa).into(),
-        channel.map(|channel| channel.w).into(),
-        ring.map(|ring| ring.n_vertices as i64).into(),
-        point.stepping.dt.into(),
-        Value::Text(point.stepping.integrator.name().to_owned()),
-    ]
+    list::columns().map(column).collect()
 }

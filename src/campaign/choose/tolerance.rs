@@ -1,6 +1,6 @@
 //! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose errors stay below it.
 //!
-//! The settings and their errors stand in `tolerance/measured.toml`, which `meniscus accuracy --record` writes. The error of a
+//! The settings and their errors stand in `measured.toml`, which `meniscus accuracy --record` writes. The error of a
 //! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved added:
 //!
 //! | kind | observables |
@@ -10,7 +10,10 @@
 //! | clog: arrays of narrower gaps | lambda |
 //! | free | V_t, E_k/E_t, the way fallen |
 //!
-//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are. They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
+//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are.
+//! Each kind was measured at one tension, which the table names. Near a threshold of passing errors are larger than anywhere
+//! else.
+//!
 //! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
 
 use crate::campaign::choose::stepping;
@@ -26,7 +29,7 @@ const DEFAULT_VERTICES: usize = 256;
 /// N_v, the integrator, and its step where that is not the automatic one.
 pub type Knobs = (usize, Integrator, Option<f64>);
 
-/// Kinds of scenes that settings were measured in.
+/// A kind of scene that settings were measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -93,7 +96,7 @@ pub struct Setting {
 /// What was measured in one kind of scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Measured {
+pub struct Measurements {
     /// In which scenes.
     pub scenes: String,
     /// The settings.
@@ -107,7 +110,7 @@ pub struct Table {
     /// The machine it was measured on, the day, and the program's commit.
     pub measured: String,
     /// What was measured, by kind.
-    pub kinds: BTreeMap<Kind, Measured>,
+    pub kinds: BTreeMap<Kind, Measurements>,
 }
 
 /// The setting that a point takes for a tolerance.
@@ -129,7 +132,7 @@ pub struct Choice<'t> {
 
 /// Why a tolerance could not be met.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Refusal<'t> {
+pub enum Unmet<'t> {
     /// Nothing was measured in such a scene.
     NotMeasured,
     /// The finest setting of the kind is not fine enough; `None` if there is none at all.
@@ -143,13 +146,14 @@ pub fn table() -> &'static Table {
 }
 
 impl Table {
-    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there; of equal ones the more accurate.
+    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there, and of equally
+    /// cheap ones the more accurate.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Refusal<'_>> {
-        let kind = Kind::of(point).ok_or(Refusal::NotMeasured)?;
-        let measured = self.kinds.get(&kind).ok_or(Refusal::TooFine(kind, None))?;
+    /// [`Unmet`].
+    pub fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Unmet<'_>> {
+        let kind = Kind::of(point).ok_or(Unmet::NotMeasured)?;
+        let measured = self.kinds.get(&kind).ok_or(Unmet::TooFine(kind, None))?;
         let priced = |setting| {
             let stepping = stepping_at(setting, point);
             (setting.ms_per_t0 * setting.step / stepping.dt, setting, stepping)
@@ -161,7 +165,7 @@ impl Table {
         let best = fit.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.error.total_cmp(&b.1.error)));
         let Some((cost, setting, stepping)) = best else {
             let finest = measured.settings.iter().min_by(|a, b| a.error.total_cmp(&b.error));
-            return Err(Refusal::TooFine(kind, finest));
+            return Err(Unmet::TooFine(kind, finest));
         };
         let default = default_at(point);
         let default = measured.settings.iter().find(|setting| setting.knobs() == default).map(priced);
@@ -229,7 +233,7 @@ mod tests {
             Setting { integrator: Integrator::Implicit, step: 0.0625, ..setting(256, None, 1.0, 0.01) },
             setting(512, Some(5e-4), 4.0, 0.002),
         ];
-        let kinds = BTreeMap::from([(Kind::Clog, Measured { scenes: "somewhere".to_owned(), settings })]);
+        let kinds = BTreeMap::from([(Kind::Clog, Measurements { scenes: "somewhere".to_owned(), settings })]);
         Table { measured: "never".to_owned(), kinds }
     }
 
@@ -259,9 +263,9 @@ mod tests {
     fn a_finer_tolerance_than_anything_measured_is_refused_with_the_finest() {
         let table = table();
         let refused = table.choose(1e-3, &point(1.09)).unwrap_err();
-        assert!(matches!(refused, Refusal::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
+        assert!(matches!(refused, Unmet::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
         let soft = Point::new(Model::Soft(Soft { e_w: 1.0 }), point(1.0).scene);
-        assert_eq!(table.choose(0.5, &soft), Err(Refusal::NotMeasured));
+        assert_eq!(table.choose(0.5, &soft), Err(Unmet::NotMeasured));
     }
 
     #[test]

@@ -4,9 +4,8 @@ mod sheet;
 
 pub use sheet::BadFrames;
 
-use crate::campaign::file::keys::{Id, KEYS};
 use crate::cli::{Exit, Outcome, print};
-use crate::parameters::{Channel, Deformable, Model, Point, Scene};
+use crate::parameters::{Channel, Deformable, Model, Point, Scene, list};
 use crate::report::calibration;
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::search::Ranges;
@@ -119,29 +118,29 @@ impl Arguments {
 
     /// Refuses what a campaign file would refuse, in the same words.
     fn check(&self) -> Result<(), Box<dyn Error>> {
-        let ranges = [("gamma", Id::Gamma, &self.gamma), ("b0", Id::B0, &self.b0)];
-        let ends =
-            ranges.iter().flat_map(|(name, id, range)| [(*name, *id, *range.start()), (*name, *id, *range.end())]);
+        let ranges = [("gamma", &self.gamma), ("b0", &self.b0)];
+        let ends = ranges.iter().flat_map(|(name, range)| [(*name, *range.start()), (*name, *range.end())]);
         let values = [
-            ("w", Id::W, self.w),
-            ("v-t", Id::VT, self.v_t),
-            ("angle", Id::Angle, self.angle),
-            ("tip-radius", Id::TipRadius, self.tip_radius),
-            ("alpha", Id::Alpha, self.alpha),
-            ("n-vertices", Id::NVertices, self.n_vertices),
-            ("kappa", Id::Kappa, self.kappa),
-            ("k-a", Id::KA, self.k_a),
-            ("e-w", Id::EW, self.e_w),
-            ("delta", Id::Delta, self.delta),
+            ("w", self.w),
+            ("v_t", self.v_t),
+            ("angle", self.angle),
+            ("tip_radius", self.tip_radius),
+            ("alpha", self.alpha),
+            ("n_vertices", self.n_vertices),
+            ("kappa", self.kappa),
+            ("k_a", self.k_a),
+            ("e_w", self.e_w),
+            ("delta", self.delta),
         ];
         let mut wrong = Vec::new();
-        for (name, id, value) in values.into_iter().chain(ends) {
-            let key = KEYS.iter().find(|key| key.id == id).filter(|key| key.kind.accept(value).is_none());
+        for (name, value) in values.into_iter().chain(ends) {
+            let key = list::rows(name).next().filter(|key| key.domain.number(value).is_none());
+            let option = name.replace('_', "-");
             wrong.extend(
-                key.map(|key| format!("--{name} is {value}, but the {} must be {}", key.doc, key.kind.allowed())),
+                key.map(|key| format!("--{option} is {value}, but the {} must be {}", key.about, key.domain.allowed())),
             );
         }
-        for (name, _, range) in ranges.iter().filter(|(_, _, range)| !(range.start() < range.end())) {
+        for (name, range) in ranges.iter().filter(|(_, range)| !(range.start() < range.end())) {
             wrong.push(format!(
                 "--{name} goes from {} to {}; write the smaller end first, like 0.1..5",
                 range.start(),

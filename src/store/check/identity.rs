@@ -2,7 +2,7 @@
 
 use crate::parameters::{JobId, PointId};
 use crate::store::read::parse_point;
-use crate::store::register::columns;
+use crate::store::register::{column_names, columns};
 use rusqlite::types::Value;
 use rusqlite::{Connection, Transaction};
 use std::collections::HashMap;
@@ -18,18 +18,16 @@ pub(super) struct Wrong {
 pub(super) fn wrong(conn: &Connection) -> rusqlite::Result<Wrong> {
     let mut wrong = Wrong::default();
     let mut points: HashMap<i64, PointId> = HashMap::new();
-    let mut statement = conn.prepare(
-        "SELECT key, point_id, spec, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w,
-                n_vertices, dt, integrator FROM points",
-    )?;
+    let mut statement = conn.prepare(&format!("SELECT key, point_id, spec, {} FROM points", column_names()))?;
+    let columns_end = statement.column_count();
     let mut rows = statement.query([])?;
     while let Some(row) = rows.next()? {
         let key: i64 = row.get(0)?;
-        let stored: Vec<Value> = (3..18).map(|column| row.get(column)).collect::<rusqlite::Result<_>>()?;
+        let stored: Vec<Value> = (3..columns_end).map(|column| row.get(column)).collect::<rusqlite::Result<_>>()?;
         let id = row.get::<_, String>(1).ok().and_then(|id| id.parse::<PointId>().ok());
         let spec: String = row.get(2).unwrap_or_default();
         let sound = id.filter(|&id| PointId::of_canonical(&spec) == id);
-        match sound.filter(|_| parse_point(&spec, key).is_ok_and(|point| columns(&point).as_slice() == stored)) {
+        match sound.filter(|_| parse_point(&spec, key).is_ok_and(|point| columns(&point) == stored)) {
             Some(id) => drop(points.insert(key, id)),
             None => wrong.points.push(key),
         }
