@@ -226,11 +226,11 @@ fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
 
 #[test]
 fn the_plan_says_which_setting_a_tolerance_chose_and_what_it_saves() {
-    use meniscus::campaign::plan::{KnownJobs, Retry, Speed, plan};
+    use meniscus::campaign::plan::{KnownJobs, Speed, plan};
     let settings = &table().kinds[&Kind::Clog].settings;
     let worst = settings.iter().map(|setting| setting.error).fold(0.0, f64::max);
     let campaign = with_tolerance(&format!("tolerance = {}", worst.min(0.5))).unwrap();
-    let text = plan(&campaign, &KnownJobs::default(), &Retry::Nothing, &Speed::default()).render(1);
+    let text = plan(&campaign, &KnownJobs::default(), &Speed::default()).render(1);
     for part in ["for tolerance", "the cheapest measured in arrays that clog", "off by", "default"] {
         assert!(text.contains(part), "{part} is not in\n{text}");
     }

@@ -27,8 +27,14 @@ pub(crate) struct Breach {
 
 /// All conditions that a point breaks; `limit` is that of the point.
 pub(crate) fn breaches(point: &Point, limit: &StabilityLimit) -> Vec<Breach> {
-    let together =
-        [stable(point, limit), has_ring(point), room_for_all(point), fits_box(point), can_be_held(point), fits_start(point)];
+    let together = [
+        stable(point, limit),
+        has_ring(point),
+        room_for_all(point),
+        fits_box(point),
+        can_be_held(point),
+        fits_start(point),
+    ];
     out_of_range(point).chain(together.into_iter().flatten()).collect()
 }
 
@@ -172,4 +178,21 @@ fn fits_start(point: &Point) -> Option<Breach> {
         message: format!("at h_start = {} the droplet, of diameter 1, would lie in the wall", Short(h_start)),
         help: format!("start below {}", Short(-(-1000.0 * free).ceil() / 1000.0)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Deformable, ObstacleField};
+
+    #[test]
+    fn a_point_of_any_origin_is_held_against_ranges_and_conditions() {
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(3.0), box_size: 50.0 };
+        let mut point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Obstacles(field));
+        point.stepping.dt = 1e-4;
+        point.sample_every = f64::NAN;
+        point.b0 = -1.0;
+        let keys: Vec<_> = breaches(&point, &StabilityLimit::of(&point)).iter().map(|breach| breach.key).collect();
+        assert_eq!(keys, ["b0", "sample_every", "density"]);
+    }
 }

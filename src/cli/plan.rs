@@ -1,7 +1,7 @@
 //! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
 
 use crate::campaign::file::Campaign;
-use crate::campaign::plan::{KnownJobs, Retry, plan};
+use crate::campaign::plan::{KnownJobs, plan};
 use crate::cli::run::{this_round, threads};
 use crate::cli::{Exit, Outcome, print, store_of};
 use crate::execute::machine_speed;
@@ -29,7 +29,7 @@ impl Arguments {
         let dir = store_of(self.store.as_deref(), &campaign.name);
         let campaign = this_round(&campaign, &dir)?;
         let known = KnownJobs::new(job_states(&dir)?);
-        let plan = plan(&campaign, &known, &Retry::Nothing, &machine_speed::measure(simd::best_instruction_set()));
+        let plan = plan(&campaign, &known, &machine_speed::measure(simd::best_instruction_set()));
         print(&plan.render(threads(self.threads)))?;
         Ok(Exit::Done)
     }

@@ -1,7 +1,7 @@
 //! `meniscus run CAMPAIGN.toml`: plan, run, resume, and end with the tables.
 
 use crate::campaign::file::Campaign;
-use crate::campaign::plan::{KnownJobs, Plan, Retry, plan};
+use crate::campaign::plan::{KnownJobs, Plan, plan};
 use crate::cli::deadline::{Deadline, parse_time};
 use crate::cli::progress::Display;
 use crate::cli::{Exit, Outcome, fit, print, store_of};
@@ -221,12 +221,7 @@ impl Effort {
             })?;
         }
         let registered = register(&mut store, campaign)?;
-        let plan = plan(
-            campaign,
-            &KnownJobs::new(job_states(dir)?),
-            &Retry::Nothing,
-            &machine_speed::measure(instruction_set),
-        );
+        let plan = plan(campaign, &KnownJobs::new(job_states(dir)?), &machine_speed::measure(instruction_set));
         store.begin_run(&Provenance {
             program_version: env!("CARGO_PKG_VERSION"),
             git_commit: env!("MENISCUS_COMMIT"),
@@ -275,7 +270,7 @@ fn readable(dir: &Path) -> Result<Option<Connection>, StoreError> {
 
 /// What the campaign still has to do, by what the store says now; no time is estimated.
 fn plan_now(campaign: &Campaign, dir: &Path) -> Result<Plan, Box<dyn Error>> {
-    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &Retry::Nothing, &crate::campaign::plan::Speed::default()))
+    Ok(plan(campaign, &KnownJobs::new(job_states(dir)?), &crate::campaign::plan::Speed::default()))
 }
 
 /// Whether every job of the campaign is done or has failed.

@@ -16,7 +16,7 @@ pub enum Model {
 }
 
 /// The perimeter stiffness over line tension of [C24].
-pub const PAPER_KAPPA: f64 = 1e-3;
+pub(crate) const PAPER_KAPPA: f64 = 1e-3;
 
 /// Parameters of the deformable particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,7 +87,7 @@ impl Deformable {
     }
 
     /// The kappa at which tension and perimeter add up to one linear spring: `1/(N_v l0)`, about 1/pi.
-    pub fn linear_kappa(&self) -> f64 {
+    pub(crate) fn linear_kappa(&self) -> f64 {
         1.0 / (self.n_vertices as f64 * regular_edge(self.n_vertices))
     }
 

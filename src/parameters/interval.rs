@@ -13,28 +13,28 @@ pub struct Interval {
 }
 
 /// All numbers above `low`.
-pub const fn above(low: f64) -> Interval {
+pub(crate) const fn above(low: f64) -> Interval {
     Interval { low, low_included: false, high: f64::INFINITY, high_included: false }
 }
 
 /// All numbers from `low` on.
-pub const fn at_least(low: f64) -> Interval {
+pub(crate) const fn at_least(low: f64) -> Interval {
     Interval { low, low_included: true, high: f64::INFINITY, high_included: false }
 }
 
 /// All numbers from `low` to `high`, both included.
-pub const fn between(low: f64, high: f64) -> Interval {
+pub(crate) const fn between(low: f64, high: f64) -> Interval {
     Interval { low, low_included: true, high, high_included: true }
 }
 
 impl Interval {
     /// The part of it up to and including `high`.
-    pub const fn up_to(self, high: f64) -> Self {
+    pub(crate) const fn up_to(self, high: f64) -> Self {
         Self { high, high_included: true, ..self }
     }
 
     /// The part of it below `high`.
-    pub const fn below(self, high: f64) -> Self {
+    pub(crate) const fn below(self, high: f64) -> Self {
         Self { high, high_included: false, ..self }
     }
 

@@ -262,3 +262,71 @@ impl Parameter {
         Self { in_captions: true, ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point of each model in each scene, its numbers still to be set.
+    fn points() -> impl Iterator<Item = Point> {
+        let made = |(model, scene)| {
+            let mut point = Point::new(Model::Soft(Soft { e_w: 1.0 }), Scene::Plate);
+            (MODEL.set)(&mut point, Value::Word(model));
+            (SCENE.set)(&mut point, Value::Word(scene));
+            point
+        };
+        let scenes = ["obstacles", "channel", "plate", "disc"];
+        ["DP", "SP"].into_iter().flat_map(move |model| scenes.map(|scene| (model, scene))).map(made)
+    }
+
+    /// Values that a parameter may have at a point.
+    fn samples(parameter: &Parameter) -> Vec<Value> {
+        let words = parameter.domain.words().iter().filter(|word| **word != "auto").map(|word| Value::Word(word));
+        let numbers = [0.25, 1.5, -0.5, 30.0, 256.0].into_iter().filter_map(|number| parameter.domain.number(number));
+        words.chain(numbers.map(Value::Number)).collect()
+    }
+
+    #[test]
+    fn a_parameter_reads_back_what_was_written_wherever_it_means_something_and_nowhere_else() {
+        for point in points() {
+            let (model, scene) = (point.model.name(), point.scene.name());
+            for parameter in PARAMETERS.iter().filter(|parameter| !["model", "scene"].contains(&parameter.name)) {
+                let samples = samples(parameter);
+                assert!(!samples.is_empty(), "{}", parameter.name);
+                for value in samples {
+                    let mut point = point.clone();
+                    parameter.set(&mut point, value);
+                    let expected = parameter.applies.to(model, scene).then_some(value);
+                    assert_eq!(parameter.get(&point), expected, "{} for {model} in {scene}", parameter.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_name_has_one_row_for_each_model_and_scene() {
+        for point in points() {
+            let mut names: Vec<_> =
+                PARAMETERS.iter().filter(|row| row.applies.to(point.model.name(), point.scene.name())).collect();
+            names.sort_by_key(|parameter| parameter.name);
+            assert!(names.windows(2).all(|pair| pair[0].name != pair[1].name));
+        }
+    }
+
+    #[test]
+    fn the_defaults_are_those_of_new_points() {
+        let point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Plate);
+        for parameter in PARAMETERS.iter().filter(|parameter| parameter.default != Some(Value::Word("auto"))) {
+            if let (Some(value), Some(default)) = (parameter.get(&point), parameter.default) {
+                assert_eq!(value, default, "{}", parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn auto_is_explained_where_it_is_allowed() {
+        for parameter in PARAMETERS {
+            assert_eq!(parameter.domain.word("auto").is_some(), !parameter.auto.is_empty(), "{}", parameter.name);
+        }
+    }
+}

@@ -28,7 +28,8 @@ mod units;
 mod written;
 
 pub use choices::{ContactKind, Engulfed, GravityForm, IntegratorChoice, SelfContact, WallStiffness};
-pub use droplet::{Deformable, Model, PAPER_KAPPA, Soft};
+pub(crate) use droplet::PAPER_KAPPA;
+pub use droplet::{Deformable, Model, Soft};
 pub use identity::{BadId, JobId, PHYSICS_VERSION, PointId};
 pub use interval::Interval;
 pub(crate) use interval::{above, between};

@@ -14,7 +14,7 @@ impl fmt::Display for Short {
 }
 
 /// The number cut to three significant digits, so that a limit shown is never above the true one.
-pub fn cut_to_three_digits(number: f64) -> f64 {
+pub(crate) fn cut_to_three_digits(number: f64) -> f64 {
     let near: f64 = format!("{number:.2e}").parse().expect("a formatted number reads back");
     if near <= number {
         return near;

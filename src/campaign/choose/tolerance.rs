@@ -27,7 +27,7 @@ use std::sync::OnceLock;
 const DEFAULT_VERTICES: usize = 256;
 
 /// N_v, the integrator, and its step where that is not the automatic one.
-pub type Knobs = (usize, Integrator, Option<f64>);
+pub(crate) type Knobs = (usize, Integrator, Option<f64>);
 
 /// A kind of scene that settings were measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -45,10 +45,10 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
+    pub(crate) const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
 
     /// The kind of a deformable droplet's scene; `None` where nothing was measured.
-    pub fn of(point: &Point) -> Option<Self> {
+    pub(crate) fn of(point: &Point) -> Option<Self> {
         let Model::Deformable(ring) = &point.model else { return None };
         let radius = 0.5 * (1.0 + ring.delta);
         match &point.scene {
@@ -62,7 +62,7 @@ impl Kind {
     }
 
     /// Where: "in channels".
-    pub const fn place(self) -> &'static str {
+    pub(crate) const fn place(self) -> &'static str {
         match self {
             Self::Free => "in free flight",
             Self::Channel => "in channels",
@@ -96,7 +96,7 @@ pub struct Setting {
 /// What was measured in one kind of scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Measurements {
+pub struct Measured {
     /// In which scenes.
     pub scenes: String,
     /// The settings.
@@ -110,29 +110,29 @@ pub struct Table {
     /// The machine it was measured on, the day, and the program's commit.
     pub measured: String,
     /// What was measured, by kind.
-    pub kinds: BTreeMap<Kind, Measurements>,
+    pub kinds: BTreeMap<Kind, Measured>,
 }
 
 /// The setting that a point takes for a tolerance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice<'t> {
+pub(crate) struct Choice<'t> {
     /// The setting.
-    pub setting: &'t Setting,
+    pub(crate) setting: &'t Setting,
     /// What it makes of the point.
-    pub stepping: Stepping,
+    pub(crate) stepping: Stepping,
     /// The time it takes over that of the defaults, by the table; `None` if those were not measured.
-    pub over_default: Option<f64>,
+    pub(crate) over_default: Option<f64>,
     /// The defaults, if they were measured.
-    pub default: Option<&'t Setting>,
+    pub(crate) default: Option<&'t Setting>,
     /// The scenes it was measured in.
-    pub scenes: &'t str,
+    pub(crate) scenes: &'t str,
     /// The kind of scene.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 /// Why a tolerance could not be met.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unmet<'t> {
+pub(crate) enum Unmet<'t> {
     /// Nothing was measured in such a scene.
     NotMeasured,
     /// The finest setting of the kind is not fine enough; `None` if there is none at all.
@@ -151,7 +151,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Unmet`].
-    pub fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Unmet<'_>> {
+    pub(crate) fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Unmet<'_>> {
         let kind = Kind::of(point).ok_or(Unmet::NotMeasured)?;
         let measured = self.kinds.get(&kind).ok_or(Unmet::TooFine(kind, None))?;
         let priced = |setting| {
@@ -182,13 +182,13 @@ impl Table {
 
 impl Setting {
     /// What is chosen.
-    pub fn knobs(&self) -> Knobs {
+    pub(crate) fn knobs(&self) -> Knobs {
         (self.n_vertices, self.integrator, self.dt)
     }
 }
 
 /// What campaigns have by default at such a point.
-pub fn default_at(point: &Point) -> Knobs {
+pub(crate) fn default_at(point: &Point) -> Knobs {
     let point = with_vertices(point, DEFAULT_VERTICES);
     let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
     (DEFAULT_VERTICES, chosen.integrator, None)
@@ -207,7 +207,7 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
 }
 
 /// The point with so many vertices.
-pub fn with_vertices(point: &Point, n_vertices: usize) -> Point {
+pub(crate) fn with_vertices(point: &Point, n_vertices: usize) -> Point {
     let mut point = point.clone();
     if let Model::Deformable(ring) = &mut point.model {
         ring.n_vertices = n_vertices;
@@ -233,7 +233,7 @@ mod tests {
             Setting { integrator: Integrator::Implicit, step: 0.0625, ..setting(256, None, 1.0, 0.01) },
             setting(512, Some(5e-4), 4.0, 0.002),
         ];
-        let kinds = BTreeMap::from([(Kind::Clog, Measurements { scenes: "somewhere".to_owned(), settings })]);
+        let kinds = BTreeMap::from([(Kind::Clog, Measured { scenes: "somewhere".to_owned(), settings })]);
         Table { measured: "never".to_owned(), kinds }
     }
 

@@ -101,7 +101,11 @@ impl Key {
 
     /// Where it stands, in words.
     pub(crate) fn place(&self) -> String {
-        let top = if self.homes.contains(&Home::Block) { "at the top of the file or of a block" } else { "at the top of the file" };
+        let top = if self.homes.contains(&Home::Block) {
+            "at the top of the file or of a block"
+        } else {
+            "at the top of the file"
+        };
         let words = |home: &Home| match home {
             Home::File => Some(top),
             Home::Block => None,

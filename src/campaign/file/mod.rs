@@ -74,7 +74,7 @@ pub struct Block {
     pub tolerance: Option<f64>,
 }
 
-/// Seeds are added in rounds until an interval is narrow enough ([`crate::execute::rounds`]).
+/// Seeds are added in rounds until an interval is narrow enough ([`crate::execute`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Until {
     /// What the interval is of.

@@ -21,7 +21,7 @@ mod tolerance;
 #[cfg(test)]
 mod tests;
 
-pub use cost::{Cost, FLOWING_SPEED, Speed};
+pub use cost::{Cost, Speed};
 pub use effects::Effect;
 pub use ends::Ends;
 
@@ -29,7 +29,6 @@ use crate::campaign::file::{Block, Campaign};
 use crate::parameters::{Job, JobId, JobState, Point};
 use crate::physics::simulate::stability::StabilityLimit;
 use rayon::prelude::*;
-use std::collections::HashSet;
 
 /// Jobs that a store knows, sorted by id, each once.
 #[derive(Clone, Debug, Default)]
@@ -43,28 +42,6 @@ impl KnownJobs {
             jobs.dedup_by_key(|job| job.0);
         }
         Self(jobs)
-    }
-}
-
-/// Which failed jobs to run again.
-#[derive(Clone, Debug, Default)]
-pub enum Retry {
-    /// None.
-    #[default]
-    Nothing,
-    /// All.
-    Everything,
-    /// These, such as those the store lists for a class of failure.
-    Only(HashSet<JobId>),
-}
-
-impl Retry {
-    fn includes(&self, id: JobId) -> bool {
-        match self {
-            Self::Nothing => false,
-            Self::Everything => true,
-            Self::Only(ids) => ids.contains(&id),
-        }
     }
 }
 
@@ -101,19 +78,10 @@ pub struct Counts {
     pub running: u64,
     /// Finished.
     pub done: u64,
-    /// Failed, those to be tried again included.
+    /// Failed: not planned again. A store sets those to be tried again back to pending before it is asked.
     pub failed: u64,
-    /// Failed, and to be tried again.
-    pub retried: u64,
     /// Named by an earlier block.
     pub shared: u64,
-}
-
-impl Counts {
-    /// Jobs to run.
-    pub fn to_run(&self) -> u64 {
-        self.new + self.pending + self.retried
-    }
 }
 
 /// Points of a block that take the same integrator for the same reason.
@@ -171,14 +139,14 @@ struct Candidate {
 ///
 /// ```
 /// use meniscus::campaign::file::Campaign;
-/// use meniscus::campaign::plan::{KnownJobs, Retry, Speed, plan};
+/// use meniscus::campaign::plan::{KnownJobs, Speed, plan};
 ///
 /// let text = "name = 'c'\nmodel = 'SP'\nscene = 'plate'\nruns_per_point = 2\ngrid.e_w = [1.0, 2.0, 3.0]";
 /// let campaign = Campaign::parse("c.toml", text).unwrap();
-/// let plan = plan(&campaign, &KnownJobs::default(), &Retry::Nothing, &Speed::default());
+/// let plan = plan(&campaign, &KnownJobs::default(), &Speed::default());
 /// assert_eq!((plan.jobs.len(), plan.blocks[0].counts.new), (6, 6));
 /// ```
-pub fn plan(campaign: &Campaign, known: &KnownJobs, retry: &Retry, speed: &Speed) -> Plan {
+pub fn plan(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     let blocks = &campaign.blocks;
     let places: Vec<(usize, usize)> =
         blocks.iter().enumerate().flat_map(|(b, block)| (0..block.points.len()).map(move |p| (b, p))).collect();
@@ -196,7 +164,7 @@ pub fn plan(campaign: &Campaign, known: &KnownJobs, retry: &Retry, speed: &Speed
     candidates.retain(|candidate| {
         while states.next_if(|(id, _)| *id < candidate.id).is_some() {}
         let state = states.next_if(|(id, _)| *id == candidate.id).map(|(_, state)| *state);
-        tally(&mut counts[block_of(candidate)], state, retry.includes(candidate.id))
+        tally(&mut counts[block_of(candidate)], state)
     });
 
     let mut costs: Vec<Cost> = blocks.iter().map(Cost::none_of).collect();
@@ -239,16 +207,15 @@ fn ranks(costs: &[f64]) -> Vec<u32> {
 }
 
 /// Counts a job and says whether it is to be run.
-fn tally(counts: &mut Counts, state: Option<JobState>, retried: bool) -> bool {
+fn tally(counts: &mut Counts, state: Option<JobState>) -> bool {
     let (count, run) = match state {
         None => (&mut counts.new, true),
         Some(JobState::Pending) => (&mut counts.pending, true),
         Some(JobState::Running) => (&mut counts.running, false),
         Some(JobState::Done) => (&mut counts.done, false),
-        Some(JobState::Failed) => (&mut counts.failed, retried),
+        Some(JobState::Failed) => (&mut counts.failed, false),
     };
     *count += 1;
-    counts.retried += u64::from(state == Some(JobState::Failed) && run);
     run
 }
 

@@ -1,10 +1,10 @@
 //! Laws of the planner.
 
 use crate::campaign::file::Campaign;
-use crate::campaign::plan::{Counts, KnownJobs, Plan, Retry, Speed, plan};
+use crate::campaign::plan::{Counts, KnownJobs, Plan, Speed, plan};
 use crate::parameters::{JobId, JobState};
 use proptest::prelude::*;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 const SPEED: Speed =
     Speed { deformable_ns_per_vertex_step: 2.0, implicit_ns_per_vertex_newton: 30.0, soft_ns_per_step: 50.0 };
@@ -19,7 +19,7 @@ fn soft(runs: u64, e_w: &str) -> Campaign {
 }
 
 fn fresh(campaign: &Campaign) -> Plan {
-    plan(campaign, &KnownJobs::default(), &Retry::Nothing, &SPEED)
+    plan(campaign, &KnownJobs::default(), &SPEED)
 }
 
 fn ids(plan: &Plan) -> BTreeSet<JobId> {
@@ -42,7 +42,7 @@ proptest! {
         let union: BTreeSet<u32> = values.union(&more_values).copied().collect();
         let large = soft(runs + more_runs, &list(&union));
         let done = known(&small, |_| JobState::Done);
-        let next = plan(&large, &done, &Retry::Nothing, &SPEED);
+        let next = plan(&large, &done, &SPEED);
         prop_assert_eq!(next.blocks[0].counts.done, small.jobs.len() as u64);
         prop_assert!(ids(&next).is_disjoint(&ids(&small)));
         prop_assert_eq!(next.jobs.len() + small.jobs.len(), union.len() * (runs + more_runs) as usize);
@@ -71,22 +71,21 @@ fn every_state_is_counted_and_only_new_and_pending_jobs_are_run() {
     let known = KnownJobs::new(
         known(&all, |index| states[index % 4]).0.into_iter().filter(|(id, _)| *id != all.jobs[0].id).collect(),
     );
-    let next = plan(&soft(10, "[1.0, 2.0]"), &known, &Retry::Nothing, &SPEED);
+    let next = plan(&soft(10, "[1.0, 2.0]"), &known, &SPEED);
     let expected = Counts { new: 1, pending: 5, running: 5, done: 4, failed: 5, ..Counts::default() };
     assert_eq!(next.blocks[0].counts, expected);
-    assert_eq!((next.jobs.len(), expected.to_run()), (6, 6));
+    assert_eq!((next.jobs.len() as u64, expected.new + expected.pending), (6, 6));
 }
 
 #[test]
-fn failed_jobs_run_again_only_when_asked_for() {
+fn failed_jobs_run_again_only_when_the_store_has_set_them_back_to_pending() {
     let campaign = soft(4, "[1.0]");
     let all = fresh(&campaign);
-    let failed = known(&all, |_| JobState::Failed);
-    let one = Retry::Only(HashSet::from([all.jobs[2].id]));
-    for (retry, jobs) in [(Retry::Nothing, 0), (one, 1), (Retry::Everything, 4)] {
-        let next = plan(&campaign, &failed, &retry, &SPEED);
+    for retried in [0, 1, 4] {
+        let state = |index| if index < retried { JobState::Pending } else { JobState::Failed };
+        let next = plan(&campaign, &known(&all, state), &SPEED);
         let counts = next.blocks[0].counts;
-        assert_eq!((next.jobs.len(), counts.retried, counts.failed), (jobs, jobs as u64, 4));
+        assert_eq!((next.jobs.len(), counts.pending, counts.failed), (retried, retried as u64, 4 - retried as u64));
     }
 }
 
@@ -188,5 +187,5 @@ fn known_jobs_may_come_in_any_order() {
     let mut done: Vec<_> = fresh(&campaign).jobs.iter().map(|job| (job.id, JobState::Done)).collect();
     done.sort_by_key(|job| std::cmp::Reverse(job.0));
     done.push(done[0]);
-    assert!(plan(&campaign, &KnownJobs::new(done), &Retry::Nothing, &SPEED).jobs.is_empty());
+    assert!(plan(&campaign, &KnownJobs::new(done), &SPEED).jobs.is_empty());
 }

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 impl Plan {
     /// What all jobs to run are expected to cost.
-    pub fn cost(&self) -> Option<Cost> {
+    pub(crate) fn cost(&self) -> Option<Cost> {
         self.blocks.iter().map(|block| block.cost).reduce(Cost::and)
     }
 
@@ -63,11 +63,7 @@ impl BlockPlan {
         let counts = &self.counts;
         let mut text =
             format!("{} new, {} pending, {} done, {} failed", counts.new, counts.pending, counts.done, counts.failed);
-        let extras = [
-            (counts.retried, "to be tried again"),
-            (counts.running, "running"),
-            (counts.shared, "of an earlier block"),
-        ];
+        let extras = [(counts.running, "running"), (counts.shared, "of an earlier block")];
         for (count, what) in extras.into_iter().filter(|(count, _)| *count > 0) {
             text += &format!(", {count} {what}");
         }

@@ -5,7 +5,7 @@ mod sheet;
 pub use sheet::BadFrames;
 
 use crate::cli::{Exit, Outcome, print};
-use crate::parameters::{Channel, Deformable, Model, Point, Scene, list};
+use crate::parameters::{Channel, Deformable, Model, PAPER_KAPPA, Point, Scene, list};
 use crate::report::calibration;
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::search::Ranges;
@@ -44,10 +44,10 @@ pub struct Arguments {
     #[arg(long)]
     v_t: f64,
     /// Rise of the wedges from the axis, in degrees
-    #[arg(long, default_value_t = 45.0)]
+    #[arg(long, default_value_t = default_of("angle"))]
     angle: f64,
     /// Radius of the rounded tips, in droplet diameters
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = default_of("tip_radius"))]
     tip_radius: f64,
     /// Where gamma is looked for
     #[arg(long, value_name = "FROM..TO", default_value = "0.1..5", value_parser = parse_range)]
@@ -56,22 +56,22 @@ pub struct Arguments {
     #[arg(long, value_name = "FROM..TO", default_value = "0..0.3", value_parser = parse_range)]
     b0: RangeInclusive<f64>,
     /// Exponent of the near-wall drag
-    #[arg(long, default_value_t = 4.0 / 3.0)]
+    #[arg(long, default_value_t = default_of("alpha"))]
     alpha: f64,
     /// Vertices of the ring
-    #[arg(long, default_value_t = 256.0)]
+    #[arg(long, default_value_t = default_of("n_vertices"))]
     n_vertices: f64,
     /// Perimeter stiffness over line tension
-    #[arg(long, default_value_t = 1e-3)]
+    #[arg(long, default_value_t = PAPER_KAPPA)]
     kappa: f64,
     /// Area stiffness
-    #[arg(long, default_value_t = 1e4)]
+    #[arg(long, default_value_t = default_of("k_a"))]
     k_a: f64,
     /// Wall stiffness of the whole ring
     #[arg(long, default_value_t = 1e6)]
     e_w: f64,
     /// Vertex diameter: a droplet touches a wall at half of it, where the near-wall drag ends to grow
-    #[arg(long, default_value_t = std::f64::consts::PI / 256.0)]
+    #[arg(long, default_value_t = default_of("delta"))]
     delta: f64,
     /// Threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -181,6 +181,11 @@ impl Arguments {
             );
         }
     }
+}
+
+/// The number that a campaign file has by default.
+fn default_of(name: &str) -> f64 {
+    list::rows(name).find_map(|parameter| parameter.default?.number()).unwrap_or(f64::NAN)
 }
 
 fn frames_in(trials: &[Trial]) -> usize {

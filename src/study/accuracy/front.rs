@@ -1,6 +1,6 @@
 //! Error against time: every setting of N_v, dt and integrator in a scene, and those that no other beats.
 
-use crate::campaign::choose::tolerance::{Kind, Knobs, Measurements, Setting, Table, default_at};
+use crate::campaign::choose::tolerance::{Kind, Knobs, Measured as MeasuredKind, Setting, Table, default_at};
 use crate::parameters::{Model, Point, Scene};
 use crate::study::accuracy::ladder::{Column, Ladder};
 use crate::study::accuracy::study::Study;
@@ -122,7 +122,7 @@ impl Accuracy {
             let fronts: Vec<&Front> = self.fronts.iter().filter(|front| front.study.kind() == Some(kind)).collect();
             let settings = settings(&fronts);
             let scenes = fronts.iter().map(|front| front.conditions.as_str()).collect::<Vec<_>>().join("; ");
-            (!settings.is_empty()).then_some((kind, Measurements { scenes, settings }))
+            (!settings.is_empty()).then_some((kind, MeasuredKind { scenes, settings }))
         });
         Table { measured, kinds: kinds.collect::<BTreeMap<_, _>>() }
     }
