@@ -200,6 +200,7 @@ const fn parameter(name: &'static str, about: &'static str, field: Field) -> Par
         domain: Domain::Text,
         default: None,
         auto: "",
+        instead_of: None,
         is_limit: false,
         is_column: false,
         in_captions: false,
@@ -250,6 +251,11 @@ impl Parameter {
         Self { unit, ..self }
     }
 
+    /// Another form of this parameter.
+    const fn instead_of(self, name: &'static str) -> Self {
+        Self { instead_of: Some(name), ..self }
+    }
+
     const fn limit(self) -> Self {
         Self { is_limit: true, ..self }
     }
@@ -296,7 +302,8 @@ mod tests {
                 for value in samples {
                     let mut point = point.clone();
                     parameter.set(&mut point, value);
-                    let expected = parameter.applies.to(model, scene).then_some(value);
+                    let kept = parameter.applies.to(model, scene) && parameter.instead_of.is_none();
+                    let expected = kept.then_some(value);
                     assert_eq!(parameter.get(&point), expected, "{} for {model} in {scene}", parameter.name);
                 }
             }

@@ -54,6 +54,8 @@ pub struct Parameter {
     pub default: Option<Value>,
     /// What the word `auto` stands for, in words; empty where that word is not allowed.
     pub auto: &'static str,
+    /// The parameter that campaign files give by it in another form; a point keeps that one alone.
+    pub instead_of: Option<&'static str>,
     /// Whether campaign files write it under `[limits]`, rather than at the top.
     pub is_limit: bool,
     /// Whether it is a column of `runs`.

@@ -91,6 +91,11 @@ impl Key {
         self.homes.contains(&Home::Grid)
     }
 
+    /// The name of the key that it gives in another form.
+    pub(crate) fn instead_of(&self) -> Option<&'static str> {
+        self.parameter?.instead_of
+    }
+
     /// "gamma (line tension, in g rho sigma^2)".
     pub(crate) fn described(&self) -> String {
         match self.unit {

@@ -120,6 +120,9 @@ fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft
     };
     let (mut draft, mut axes) = (Draft::default(), Vec::new());
     for key in KEYS.iter().filter(counts) {
+        if key.instead_of().is_some_and(|_| view.get(key.name).is_none()) || given_otherwise(key, view).is_some() {
+            continue;
+        }
         let Some(assignment) = view.get(key.name) else {
             match key.default {
                 Some(value) => drop(draft.push(key, value)),
@@ -147,10 +150,28 @@ fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft
             axes.push(Axis { key, place, items, start: assignment.span.start });
         }
     }
-    sound &= chosen_once(&draft, view, problems) & until_is_whole(view, problems);
+    sound &= chosen_once(&draft, view, problems) & one_form(view, problems) & until_is_whole(view, problems);
     // The tree of the file keeps its keys sorted by name.
     axes.sort_by_key(|axis| axis.start);
     sound.then_some((draft, axes))
+}
+
+/// The key that gives `key` in another form in this block.
+fn given_otherwise<'s>(key: &Key, view: Inherited<'s>) -> Option<&'s Assignment> {
+    KEYS.iter().filter(|other| other.instead_of() == Some(key.name)).find_map(|other| view.get(other.name))
+}
+
+/// No parameter may be given in two forms.
+fn one_form(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    let twice = |key: &'static Key| Some((key.name, given_otherwise(key, view)?, view.get(key.name)?));
+    let twice: Vec<_> = KEYS.iter().filter_map(twice).collect();
+    for &(name, other, _) in &twice {
+        problems
+            .note(&other.span, format!("`{name}` is given as well, and means the same"))
+            .key(&other.path)
+            .help(format!("keep `{}` or `{name}`", other.name));
+    }
+    twice.is_empty()
 }
 
 /// What stands under `until` needs the error that it is about.
