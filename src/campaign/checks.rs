@@ -1,6 +1,6 @@
-//! What a grid point must satisfy, wherever it comes from: the range of every parameter, and what several parameters must
-//! satisfy together. Campaign files name the range of a key before they make points of it, so of theirs only the latter
-//! can be broken.
+//! What a grid point must satisfy, wherever it comes from: the range of every parameter, and what several parameters
+//! must satisfy together. Campaign files name the range of a key before they make points of it, so of theirs only the
+//! latter can be broken.
 
 use crate::campaign::choose::tolerance::{Unmet, table};
 use crate::parameters::{
@@ -8,7 +8,8 @@ use crate::parameters::{
 };
 use crate::physics::simulate::stability::StabilityLimit;
 
-/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are dense.
+/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are
+/// dense.
 const LARGEST_BOX: f64 = 10_000.0;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
@@ -93,7 +94,8 @@ pub(crate) fn unmet_tolerance(point: &Point, tolerance: f64) -> Option<Breach> {
         Unmet::NotMeasured | Unmet::TooFine(_, None) => breach(
             f64::INFINITY,
             format!("no settings were measured in such a scene ({})", point.scene.name()),
-            "write n_vertices, dt and integrator instead of it; settings were measured in arrays of obstacles, in channels and in free flight"
+            "write n_vertices, dt and integrator instead of it; settings were measured in arrays of obstacles, in channels \
+             and in free flight"
                 .to_owned(),
         ),
     }

@@ -1,5 +1,5 @@
-//! From a campaign file to a plan: which jobs there are, with which integrator and step, and what they cost. All of it is
-//! pure: it knows no store and no clock, and only [`file::Campaign::load`] touches a file.
+//! From a campaign file to a plan: which jobs there are, with which integrator and step, and what they cost. All of it
+//! is pure: it knows no store and no clock, and only [`file::Campaign::load`] touches a file.
 //!
 //! This layer knows parameters, results and physics. Read [`file`] first, then [`plan`].
 //!

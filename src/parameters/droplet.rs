@@ -63,7 +63,8 @@ impl Model {
 }
 
 impl Deformable {
-    /// The droplet of line tension `gamma`, all else at its default: N_v = 256, kappa = 1e-3, K_a = 1e4, delta = pi/256.
+    /// The droplet of line tension `gamma`, all else at its default: N_v = 256, kappa = 1e-3, K_a = 1e4, delta =
+    /// pi/256.
     ///
     /// ```
     /// let ring = meniscus::parameters::Deformable::of_tension(1.0);

@@ -1,11 +1,11 @@
 //! The list of parameters: each is named here, and nowhere else.
 //!
 //! Campaign files, the columns of the store, captions, tables and messages read it. A new parameter is a field of
-//! [`Point`], or of a part of it, and a row here. Rows stand in the order in which people read them. Model and scene come
-//! first, for they settle which parts a point has.
+//! [`Point`], or of a part of it, and a row here. Rows stand in the order in which people read them. Model and scene
+//! come first, for they settle which parts a point has.
 
 use crate::parameters::interval::{above, at_least, between};
-use crate::parameters::parameter::{Applies, Domain, Field, Held, Parameter, Value};
+use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
 use crate::parameters::{
     Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, IntegratorChoice, Interval, LoneDisc, Model,
     ObstacleField, PAPER_ALPHA, Point, Scene, SelfContact, Soft, WallStiffness,
@@ -190,85 +190,6 @@ const ALPHA: Field = Field {
     set: |point, value| point.alpha.put(value),
 };
 
-/// A parameter that is required; what follows it in the list says the rest.
-const fn parameter(name: &'static str, about: &'static str, field: Field) -> Parameter {
-    Parameter {
-        name,
-        about,
-        unit: "",
-        applies: Applies::Always,
-        domain: Domain::Text,
-        default: None,
-        auto: "",
-        instead_of: None,
-        is_limit: false,
-        is_column: false,
-        in_captions: false,
-        field,
-    }
-}
-
-impl Parameter {
-    const fn of(self, applies: Applies) -> Self {
-        Self { applies, ..self }
-    }
-
-    const fn number(self, interval: Interval) -> Self {
-        Self { domain: Domain::Number(interval), ..self }
-    }
-
-    const fn number_or(self, word: &'static str, interval: Interval) -> Self {
-        Self { domain: Domain::NumberOr(interval, word), ..self }
-    }
-
-    const fn whole(self, interval: Interval) -> Self {
-        Self { domain: Domain::Whole(interval), ..self }
-    }
-
-    /// One of these words, the first by default.
-    const fn choice(self, words: &'static [&'static str]) -> Self {
-        Self { domain: Domain::Choice(words), default: Some(Value::Word(words[0])), ..self }
-    }
-
-    const fn required(self) -> Self {
-        Self { default: None, ..self }
-    }
-
-    const fn default(self, number: f64) -> Self {
-        Self { default: Some(Value::Number(number)), ..self }
-    }
-
-    const fn default_to(self, word: &'static str) -> Self {
-        Self { default: Some(Value::Word(word)), ..self }
-    }
-
-    /// The word `auto` is the default, and stands for this.
-    const fn auto(self, meaning: &'static str) -> Self {
-        Self { auto: meaning, ..self }.default_to("auto")
-    }
-
-    const fn unit(self, unit: &'static str) -> Self {
-        Self { unit, ..self }
-    }
-
-    /// Another form of this parameter.
-    const fn instead_of(self, name: &'static str) -> Self {
-        Self { instead_of: Some(name), ..self }
-    }
-
-    const fn limit(self) -> Self {
-        Self { is_limit: true, ..self }
-    }
-
-    const fn column(self) -> Self {
-        Self { is_column: true, ..self }
-    }
-
-    const fn caption(self) -> Self {
-        Self { in_captions: true, ..self }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,7 +208,8 @@ mod tests {
 
     /// Values that a parameter may have at a point.
     fn samples(parameter: &Parameter) -> Vec<Value> {
-        let words = parameter.domain.words().iter().filter(|word| **word != "auto").map(|word| Value::Word(word));
+        let words = parameter.domain.words().iter().map(|word| Value::Word(word));
+        let words = words.filter(|word| !parameter.is_open(*word));
         let numbers = [0.25, 1.5, -0.5, 30.0, 256.0].into_iter().filter_map(|number| parameter.domain.number(number));
         words.chain(numbers.map(Value::Number)).collect()
     }
@@ -323,17 +245,11 @@ mod tests {
     #[test]
     fn the_defaults_are_those_of_new_points() {
         let point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Plate);
-        for parameter in PARAMETERS.iter().filter(|parameter| parameter.default != Some(Value::Word("auto"))) {
-            if let (Some(value), Some(default)) = (parameter.get(&point), parameter.default) {
+        for parameter in PARAMETERS {
+            let default = parameter.default.filter(|default| !parameter.is_open(*default));
+            if let (Some(value), Some(default)) = (parameter.get(&point), default) {
                 assert_eq!(value, default, "{}", parameter.name);
             }
-        }
-    }
-
-    #[test]
-    fn auto_is_explained_where_it_is_allowed() {
-        for parameter in PARAMETERS {
-            assert_eq!(parameter.domain.word("auto").is_some(), !parameter.auto.is_empty(), "{}", parameter.name);
         }
     }
 }

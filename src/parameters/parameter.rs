@@ -52,7 +52,7 @@ pub struct Parameter {
     pub domain: Domain,
     /// Its value in a campaign file that leaves it out; `None` if it must be given.
     pub default: Option<Value>,
-    /// What the word `auto` stands for, in words; empty where that word is not allowed.
+    /// What the word `auto` stands for, in words; empty where a campaign has nothing to choose.
     pub auto: &'static str,
     /// The parameter that campaign files give by it in another form; a point keeps that one alone.
     pub instead_of: Option<&'static str>,
@@ -211,6 +211,11 @@ impl Applies {
 }
 
 impl Parameter {
+    /// Whether the value leaves the choice to the campaign.
+    pub(crate) fn is_open(&self, value: Value) -> bool {
+        !self.auto.is_empty() && value == Value::Word("auto")
+    }
+
     /// Its value at a point; `None` where it means nothing.
     pub fn get(&self, point: &Point) -> Option<Value> {
         (self.field.get)(point)
@@ -219,5 +224,85 @@ impl Parameter {
     /// Writes it into a point; nothing happens where it means nothing, or if the point cannot hold such a value.
     pub fn set(&self, point: &mut Point, value: Value) {
         (self.field.set)(point, value);
+    }
+}
+
+/// A parameter that is required; what follows it in the list says the rest.
+pub(super) const fn parameter(name: &'static str, about: &'static str, field: Field) -> Parameter {
+    Parameter {
+        name,
+        about,
+        unit: "",
+        applies: Applies::Always,
+        domain: Domain::Text,
+        default: None,
+        auto: "",
+        instead_of: None,
+        is_limit: false,
+        is_column: false,
+        in_captions: false,
+        field,
+    }
+}
+
+/// How the rows of the list are written.
+impl Parameter {
+    pub(super) const fn of(self, applies: Applies) -> Self {
+        Self { applies, ..self }
+    }
+
+    pub(super) const fn number(self, interval: Interval) -> Self {
+        Self { domain: Domain::Number(interval), ..self }
+    }
+
+    pub(super) const fn number_or(self, word: &'static str, interval: Interval) -> Self {
+        Self { domain: Domain::NumberOr(interval, word), ..self }
+    }
+
+    pub(super) const fn whole(self, interval: Interval) -> Self {
+        Self { domain: Domain::Whole(interval), ..self }
+    }
+
+    /// One of these words, the first by default.
+    pub(super) const fn choice(self, words: &'static [&'static str]) -> Self {
+        Self { domain: Domain::Choice(words), default: Some(Value::Word(words[0])), ..self }
+    }
+
+    pub(super) const fn required(self) -> Self {
+        Self { default: None, ..self }
+    }
+
+    pub(super) const fn default(self, number: f64) -> Self {
+        Self { default: Some(Value::Number(number)), ..self }
+    }
+
+    pub(super) const fn default_to(self, word: &'static str) -> Self {
+        Self { default: Some(Value::Word(word)), ..self }
+    }
+
+    /// The word `auto` is the default, and stands for this.
+    pub(super) const fn auto(self, meaning: &'static str) -> Self {
+        Self { auto: meaning, ..self }.default_to("auto")
+    }
+
+    pub(super) const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// Another form of this parameter.
+    pub(super) const fn instead_of(self, name: &'static str) -> Self {
+        Self { instead_of: Some(name), ..self }
+    }
+
+    pub(super) const fn limit(self) -> Self {
+        Self { is_limit: true, ..self }
+    }
+
+    pub(super) const fn column(self) -> Self {
+        Self { is_column: true, ..self }
+    }
+
+    pub(super) const fn caption(self) -> Self {
+        Self { in_captions: true, ..self }
     }
 }

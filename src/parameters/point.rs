@@ -1,8 +1,8 @@
 //! A grid point: everything that decides a trajectory except the seed.
 //!
-//! The JSON form of a [`Point`] is canonical (fixed field order, shortest floats that read back the same), so its hash is
-//! the identity of the point. A field that is added later carries `#[serde(default, skip_serializing_if = ...)]` with the
-//! value that means "as before": old points then keep their hashes, and nothing is computed twice.
+//! The JSON form of a [`Point`] is canonical (fixed field order, shortest floats that read back the same), so its hash
+//! is the identity of the point. A field that is added later carries `#[serde(default, skip_serializing_if = ...)]`
+//! with the value that means "as before": old points then keep their hashes, and nothing is computed twice.
 
 use crate::parameters::{Integrator, Limits, Model, PointId, Scene, Stepping};
 use serde::{Deserialize, Serialize};

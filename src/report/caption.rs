@@ -53,8 +53,8 @@ impl Caption<'_> {
         words.join(SEPARATOR)
     }
 
-    /// The job and the instant of the outline, with the displacement from `start_x` where that is known, and what holds the
-    /// droplet up. There are always two lines, so that all frames of an animation have one size.
+    /// The job and the instant of the outline, with the displacement from `start_x` where that is known, and what holds
+    /// the droplet up. There are always two lines, so that all frames of an animation have one size.
     pub fn instant(&self, outline: &Outline, start_x: Option<f64>) -> [String; 2] {
         let mut words = vec![
             format!("job {}", self.job),

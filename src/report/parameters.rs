@@ -1,5 +1,5 @@
-//! The parameters of grid points under the names that campaigns and the view `runs` use, split into those that vary over the
-//! rows of a table and those that do not.
+//! The parameters of grid points under the names that campaigns and the view `runs` use, split into those that vary
+//! over the rows of a table and those that do not.
 
 use crate::parameters::{PARAMETERS, Point, Value};
 use crate::report::rounding::significant;

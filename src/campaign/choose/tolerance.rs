@@ -1,7 +1,8 @@
 //! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose errors stay below it.
 //!
 //! The settings and their errors stand in `measured.toml`, which `meniscus accuracy --record` writes. The error of a
-//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved added:
+//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved
+//! added:
 //!
 //! | kind | observables |
 //! |---|---|
@@ -10,11 +11,12 @@
 //! | clog: arrays of narrower gaps | lambda |
 //! | free | V_t, E_k/E_t, the way fallen |
 //!
-//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are.
-//! Each kind was measured at one tension, which the table names. Near a threshold of passing errors are larger than anywhere
-//! else.
+//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they
+//! are. Each kind was measured at one tension, which the table names. Near a threshold of passing errors are larger
+//! than anywhere else.
 //!
-//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
+//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less
+//! accurate.
 
 use crate::campaign::choose::stepping;
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
@@ -146,8 +148,8 @@ pub fn table() -> &'static Table {
 }
 
 impl Table {
-    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there, and of equally
-    /// cheap ones the more accurate.
+    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there, and of
+    /// equally cheap ones the more accurate.
     ///
     /// # Errors
     /// [`Unmet`].

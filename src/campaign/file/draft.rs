@@ -82,9 +82,9 @@ impl Draft {
     /// The point with all that the file gives; model and scene, which stand first in the list, settle its parts.
     fn as_given(&self) -> Point {
         let mut point = Point::new(Model::Soft(Soft { e_w: f64::NAN }), Scene::Plate);
-        for (key, value) in self.0.iter().filter(|(_, value)| *value != Value::Word("auto")) {
-            if let Some(parameter) = key.parameter {
-                parameter.set(&mut point, *value);
+        for &(key, value) in &self.0 {
+            if let Some(parameter) = key.parameter.filter(|parameter| !parameter.is_open(value)) {
+                parameter.set(&mut point, value);
             }
         }
         if point.b0 == 0.0 {
@@ -100,7 +100,8 @@ impl Draft {
         if self.is_open("e_w") {
             ring.e_w = if matches!(point.scene, Scene::Channel(_)) { 1e6 } else { 1e4 };
         }
-        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for good.
+        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for
+        // good.
         let hangs = matches!(point.scene, Scene::Obstacles(_) | Scene::Disc(_));
         if self.is_open("kappa") && hangs && vertices_pile_up(ring) {
             ring.kappa = ring.linear_kappa();

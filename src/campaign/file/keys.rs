@@ -46,8 +46,11 @@ pub(crate) static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| OWN.iter().copied(
 
 const SECTION: &[Home] = &[Home::File, Home::Block];
 
+const UNTIL: &[Home] = &[Home::Until];
+const TOLERANCE: &str = "largest relative error: takes the cheapest measured n_vertices, dt and integrator";
+const RELATIVE_ERROR: &str = "half of the 95% interval over the estimate at which no more seeds are added";
+
 /// The keys that are no parameters of a point.
-#[rustfmt::skip]
 const OWN: &[Key] = &[
     key("name", SECTION, Domain::Text, None, "name of the campaign or of the block"),
     key("about", &[Home::File], Domain::Text, None, "what the campaign shows, in prose"),
@@ -55,12 +58,15 @@ const OWN: &[Key] = &[
     key("first_seed", SECTION, Domain::Whole(between(0.0, 1e15)), Some(Value::Number(0.0)), "the first seed"),
     Key {
         applies: Applies::Model("DP"),
-        ..key("tolerance", SECTION, Domain::NumberOr(above(0.0).up_to(0.5), "none"), Some(Value::Word("none")), "largest relative error: takes the cheapest measured n_vertices, dt and integrator")
+        ..key("tolerance", SECTION, Domain::NumberOr(above(0.0).up_to(0.5), "none"), NONE, TOLERANCE)
     },
-    key("relative_error", &[Home::Until], Domain::NumberOr(between(0.01, 1.0), "none"), Some(Value::Word("none")), "half of the 95% interval over the estimate at which no more seeds are added"),
-    key("estimate", &[Home::Until], Domain::Choice(&["lambda", "v_g"]), Some(Value::Word("lambda")), "what that interval is of"),
-    key("max_runs", &[Home::Until], Domain::Whole(between(1.0, 1e5)), Some(Value::Number(400.0)), "most seeds per grid point"),
+    key("relative_error", UNTIL, Domain::NumberOr(between(0.01, 1.0), "none"), NONE, RELATIVE_ERROR),
+    key("estimate", UNTIL, Domain::Choice(&["lambda", "v_g"]), Some(Value::Word("lambda")), "what that interval is of"),
+    key("max_runs", UNTIL, Domain::Whole(between(1.0, 1e5)), Some(Value::Number(400.0)), "most seeds per grid point"),
 ];
+
+/// By default there is none.
+const NONE: Option<Value> = Some(Value::Word("none"));
 
 const fn key(
     name: &'static str,

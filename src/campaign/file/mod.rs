@@ -1,8 +1,8 @@
 //! A campaign file, from TOML to grid points and seeds.
 //!
-//! The text is walked once (`read`) against the table of `keys`. Its sections are then combined (`resolve`) into blocks, and
-//! the axes of each block multiplied (`product`) into [`Point`]s. All mistakes of a file are reported together, each with
-//! its place and what to write instead.
+//! The text is walked once (`read`) against the table of `keys`. Its sections are then combined (`resolve`) into
+//! blocks, and the axes of each block multiplied (`product`) into [`Point`]s. All mistakes of a file are reported
+//! together, each with its place and what to write instead.
 //!
 //! ```
 //! let text = r#"

@@ -1,5 +1,5 @@
-//! Walks the TOML tree once and notes everything that is wrong with single keys: unknown, misplaced, of a wrong type, out
-//! of every range.
+//! Walks the TOML tree once and notes everything that is wrong with single keys: unknown, misplaced, of a wrong type,
+//! out of every range.
 
 use crate::campaign::file::axis::axis;
 use crate::campaign::file::keys::{Home, Key, names, rows};

@@ -107,11 +107,11 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
     })
 }
 
-/// A value for every key that means something in a block, and the axes of its grid in the order of the file; `None` after
-/// a mistake.
+/// A value for every key that means something in a block, and the axes of its grid in the order of the file; `None`
+/// after a mistake.
 ///
-/// Model and scene decide which keys count. When one of them is missing or faulty, only keys that always count are looked
-/// at.
+/// Model and scene decide which keys count. When one of them is missing or faulty, only keys that always count are
+/// looked at.
 fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft, Vec<Axis<'s>>)> {
     let (model, scene) = (view.word("model"), view.word("scene"));
     let mut sound = model.is_some() && scene.is_some();

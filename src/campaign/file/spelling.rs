@@ -1,7 +1,7 @@
 //! "Did you mean": the known name nearest to a misspelt one.
 
-/// The candidate nearest to `word`, if slips of the fingers explain the difference: at most one in three letters. A slip
-/// inserts, drops or replaces a letter, or swaps it with its neighbour.
+/// The candidate nearest to `word`, if slips of the fingers explain the difference: at most one in three letters. A
+/// slip inserts, drops or replaces a letter, or swaps it with its neighbour.
 pub(crate) fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     let word = word.to_lowercase().replace('-', "_");
     candidates

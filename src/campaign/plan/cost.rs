@@ -4,10 +4,12 @@ use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
 use crate::campaign::file::Block;
 use crate::parameters::{Integrator, Model, Point};
 
-/// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it. It turns a distance into a time.
+/// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it. It turns a distance into a
+/// time.
 const FLOWING_SPEED: f64 = 0.7;
 
-/// How many times as long a step takes for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at 0.01.
+/// How many times as long a step takes for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
+/// 0.01.
 const FOLDED: f64 = 1.5;
 
 /// How fast one thread of this machine is; by default unknown, which makes every estimate zero.

@@ -68,8 +68,8 @@ fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
         (false, _) => "switched off".to_owned(),
         (true, 0) => "only where the ring folds back".to_owned(),
         (true, piled) => format!(
-            "where the ring folds back, and where vertices pile up, the tension being too weak to hold them, at {piled} of \
-             {all} points: kappa = 0.318 would keep edges even",
+            "where the ring folds back, and where vertices pile up, the tension being too weak to hold them, at {piled} \
+             of {all} points: kappa = 0.318 would keep edges even",
         ),
     };
     [

@@ -1,8 +1,8 @@
 //! What a campaign still has to do: a pure function of the campaign, of what a store knows, and of a measured speed.
 //!
-//! Jobs are identified by content. So a job that two blocks name is planned once, and one that an earlier, smaller campaign
-//! did is not planned again. The ids of the campaign are sorted once and merged with the sorted ids of the store. Read
-//! [`plan`] first.
+//! Jobs are identified by content. So a job that two blocks name is planned once, and one that an earlier, smaller
+//! campaign did is not planned again. The ids of the campaign are sorted once and merged with the sorted ids of the
+//! store. Read [`plan`] first.
 //!
 //! | file | idea |
 //! |---|---|

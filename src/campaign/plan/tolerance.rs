@@ -36,7 +36,8 @@ fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
             let (times, integrator) =
                 (Ends::of(seen.iter().filter_map(|seen| seen.1)).cut(), default.integrator.name());
             format!(
-                "; it takes {times} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} ({})",
+                "; it takes {times} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} \
+                 ({})",
                 Short(default.error),
                 default.of
             )
