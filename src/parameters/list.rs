@@ -62,6 +62,8 @@ pub static PARAMETERS: &[Parameter] = &[
 
     parameter("gamma", "line tension", field!(ring.gamma))
         .of(DP).number(between(1e-3, 100.0)).unit("g rho sigma^2").column().caption(),
+    parameter("bond", "Bond number, rho g sigma^2 over the tension, in place of gamma", BOND)
+        .of(DP).number(between(1e-2, 1e3)).instead_of("gamma"),
     parameter("kappa", "perimeter stiffness over line tension", field!(ring.kappa))
         .of(DP).number_or("auto", between(0.0, 10.0)).column().caption()
         .auto("1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
@@ -180,6 +182,16 @@ const SCENE: Field = Field {
             Some("plate") => Scene::Plate,
             Some("disc") => Scene::Disc(LoneDisc { sigma_ob, offset: TO_BE_SET, h_start, h_end }),
             _ => Scene::Obstacles(ObstacleField { w_ob, sigma_ob, density: Density::Saturated, box_size }),
+        }
+    },
+};
+
+/// A point keeps the line tension alone, `Gamma = 1/Bo`.
+const BOND: Field = Field {
+    get: |_| None,
+    set: |point, value| {
+        if let (Model::Deformable(ring), Some(bond)) = (&mut point.model, value.number()) {
+            ring.gamma = 1.0 / bond;
         }
     },
 };
