@@ -221,7 +221,7 @@ fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
         error.contains("c.toml:10") && error.contains("the finest setting measured in arrays that clog"),
         "{error}"
     );
-    assert!(error.contains(&format!("off by {}", meniscus::campaign::file::interval::Short(finest))), "{error}");
+    assert!(error.contains(&format!("off by {}", meniscus::parameters::Short(finest))), "{error}");
     with_tolerance(&format!("tolerance = {finest}")).unwrap();
 }
 

@@ -54,6 +54,13 @@ fn every_good_file_has_the_points_and_jobs_its_comments_name() {
 }
 
 #[test]
+fn a_bond_number_gives_the_points_of_its_line_tension() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/campaign_files/good/bond.toml");
+    let blocks = Campaign::load(&file).unwrap_or_else(|errors| panic!("{}", errors.render(false))).blocks;
+    assert_eq!(blocks[0].point_ids, blocks[1].point_ids);
+}
+
+#[test]
 fn every_campaign_that_is_shipped_loads_and_says_what_it_is_about() {
     let files = files("campaigns");
     assert!(files.len() >= 6);

@@ -1,8 +1,8 @@
-//! The ways that physics leaves open, by the names that campaign files write; the first of each is the default.
+//! The choices that the physics leaves open, by the names that campaign files write. The first of each is the default.
 
 use serde::{Deserialize, Serialize};
 
-/// Declares a choice among named ways, the first being the default.
+/// Declares a choice among named ways; the first is the default.
 macro_rules! choice {
     ($(#[$doc:meta])* $kind:ident { $(#[$first_doc:meta])* $first:ident = $first_name:literal, $($(#[$way_doc:meta])* $way:ident = $name:literal),+ $(,)? }) => {
         $(#[$doc])*
@@ -26,8 +26,18 @@ macro_rules! choice {
                 match name { $first_name => Some(Self::$first), $($name => Some(Self::$way),)+ _ => None }
             }
         }
+        impl crate::parameters::parameter::Held for $kind {
+            fn value(&self) -> crate::parameters::Value {
+                crate::parameters::Value::Word(self.name())
+            }
+            fn of(value: crate::parameters::Value) -> Option<Self> {
+                value.word().and_then(Self::from_name)
+            }
+        }
     };
 }
+pub(super) use choice;
+
 choice!(
     /// What the wall stiffness E_w means.
     WallStiffness {
@@ -69,7 +79,7 @@ choice!(
     Engulfed {
         /// The run fails.
         Fail = "fail",
-        /// It goes on; the record does not say so yet.
+        /// It goes on; the column `engulfed_t` of `stability` says when that happened.
         Record = "record",
     }
 );

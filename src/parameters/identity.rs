@@ -1,8 +1,10 @@
-//! Who a grid point and a job are: hashes of what decides them.
+//! The identities of grid points and jobs: hashes of what decides them.
 
-use crate::parameters::PHYSICS_VERSION;
 use std::fmt;
 use std::str::FromStr;
+
+/// Raised whenever the same job would give different numbers; results of older versions then count as stale.
+pub const PHYSICS_VERSION: u32 = 4;
 
 /// Identity of a grid point: 80 bits of the hash of its canonical form, written as 20 hex digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -71,3 +73,17 @@ macro_rules! hex_id {
 }
 hex_id!(PointId);
 hex_id!(JobId);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_id_reads_back_from_its_text() {
+        let id = JobId::new(PointId::of_canonical("a point"), 7);
+        assert_eq!(id.to_string().len(), 20);
+        assert_eq!(id.to_string().parse::<JobId>().unwrap(), id);
+        assert!("12".parse::<JobId>().is_err());
+        assert!("+0000000000000000001".parse::<JobId>().is_err());
+    }
+}

@@ -1,6 +1,7 @@
 //! The words under a picture: what happened, to which droplet, in which job.
 
-use crate::parameters::{Density, JobId, Model, Point, Scene};
+use crate::parameters::{JobId, PARAMETERS, Point, Scene};
+use crate::report::parameters::equation;
 use crate::report::rounding::significant;
 use crate::results::outline::Outline;
 use crate::store::JobStory;
@@ -43,34 +44,17 @@ impl Caption<'_> {
 
     /// The parameters that matter most, by the names of campaign files.
     pub fn parameters(&self) -> String {
-        let number = |name: &str, value: f64| whole(&format!("{name} = {}", significant(value, 6)));
-        let mut words = match &self.point.model {
-            Model::Deformable(ring) => vec![
-                "DP".to_owned(),
-                number("gamma", ring.gamma),
-                number("kappa", ring.kappa),
-                number("n_vertices", ring.n_vertices as f64),
-            ],
-            Model::Soft(soft) => vec!["SP".to_owned(), number("e_w", soft.e_w)],
-        };
-        match &self.point.scene {
-            Scene::Obstacles(field) => {
-                words.extend([number("w_ob", field.w_ob), number("sigma_ob", field.sigma_ob)]);
-                words.push(match field.density {
-                    Density::Saturated => whole("density = saturated"),
-                    Density::Number(density) => number("density", density),
-                });
-            }
-            Scene::Channel(channel) => words.extend([number("w", channel.w), number("angle", channel.angle)]),
-            Scene::Disc(disc) => words.extend([number("sigma_ob", disc.sigma_ob), number("offset", disc.offset)]),
-            Scene::Plate => words.push("on a plate".to_owned()),
+        let mut words = vec![self.point.model.name().to_owned()];
+        if matches!(self.point.scene, Scene::Plate) {
+            words.push("on a plate".to_owned());
         }
-        words.push(number("v_t", self.point.v_t));
+        let named = PARAMETERS.iter().filter(|parameter| parameter.in_captions);
+        words.extend(named.filter_map(|parameter| Some(equation(parameter.name, parameter.get(self.point)?))));
         words.join(SEPARATOR)
     }
 
-    /// The job and the instant of the outline, with the displacement from `start_x` where that is known; and what holds the
-    /// droplet up. Always two lines, so that the frames of an animation are of one size.
+    /// The job and the instant of the outline, with the displacement from `start_x` where that is known, and what holds
+    /// the droplet up. There are always two lines, so that all frames of an animation have one size.
     pub fn instant(&self, outline: &Outline, start_x: Option<f64>) -> [String; 2] {
         let mut words = vec![
             format!("job {}", self.job),
@@ -101,9 +85,4 @@ fn support(outline: &Outline) -> String {
             format!("held by {n} obstacles: {}", shares.join(" + "))
         }
     }
-}
-
-/// An item that no line break divides.
-fn whole(text: &str) -> String {
-    text.replace(' ', "\u{a0}")
 }

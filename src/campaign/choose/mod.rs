@@ -1,4 +1,4 @@
 //! What a campaign file leaves open: the integrator and its step, and the cheapest setting that meets a tolerance.
 
-pub mod stepping;
+pub(crate) mod stepping;
 pub mod tolerance;

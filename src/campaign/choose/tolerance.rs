@@ -1,7 +1,8 @@
 //! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose errors stay below it.
 //!
-//! The settings and their errors stand in `tolerance/measured.toml`, which `meniscus accuracy --record` writes. The error of a
-//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved added:
+//! The settings and their errors stand in `measured.toml`, which `meniscus accuracy --record` writes. The error of a
+//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved
+//! added:
 //!
 //! | kind | observables |
 //! |---|---|
@@ -10,8 +11,12 @@
 //! | clog: arrays of narrower gaps | lambda |
 //! | free | V_t, E_k/E_t, the way fallen |
 //!
-//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they are. They were measured at one tension each, which the table names; near a threshold of passing errors are larger than anywhere else.
-//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less accurate.
+//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they
+//! are. Each kind was measured at one tension, which the table names. Near a threshold of passing errors are larger
+//! than anywhere else.
+//!
+//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less
+//! accurate.
 
 use crate::campaign::choose::stepping;
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
@@ -24,9 +29,9 @@ use std::sync::OnceLock;
 const DEFAULT_VERTICES: usize = 256;
 
 /// N_v, the integrator, and its step where that is not the automatic one.
-pub type Knobs = (usize, Integrator, Option<f64>);
+pub(crate) type Knobs = (usize, Integrator, Option<f64>);
 
-/// Kinds of scenes that settings were measured in.
+/// A kind of scene that settings were measured in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -42,10 +47,10 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
+    pub(crate) const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
 
     /// The kind of a deformable droplet's scene; `None` where nothing was measured.
-    pub fn of(point: &Point) -> Option<Self> {
+    pub(crate) fn of(point: &Point) -> Option<Self> {
         let Model::Deformable(ring) = &point.model else { return None };
         let radius = 0.5 * (1.0 + ring.delta);
         match &point.scene {
@@ -59,7 +64,7 @@ impl Kind {
     }
 
     /// Where: "in channels".
-    pub const fn place(self) -> &'static str {
+    pub(crate) const fn place(self) -> &'static str {
         match self {
             Self::Free => "in free flight",
             Self::Channel => "in channels",
@@ -112,24 +117,24 @@ pub struct Table {
 
 /// The setting that a point takes for a tolerance.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice<'t> {
+pub(crate) struct Choice<'t> {
     /// The setting.
-    pub setting: &'t Setting,
+    pub(crate) setting: &'t Setting,
     /// What it makes of the point.
-    pub stepping: Stepping,
+    pub(crate) stepping: Stepping,
     /// The time it takes over that of the defaults, by the table; `None` if those were not measured.
-    pub over_default: Option<f64>,
+    pub(crate) over_default: Option<f64>,
     /// The defaults, if they were measured.
-    pub default: Option<&'t Setting>,
+    pub(crate) default: Option<&'t Setting>,
     /// The scenes it was measured in.
-    pub scenes: &'t str,
+    pub(crate) scenes: &'t str,
     /// The kind of scene.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 /// Why a tolerance could not be met.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Refusal<'t> {
+pub(crate) enum Unmet<'t> {
     /// Nothing was measured in such a scene.
     NotMeasured,
     /// The finest setting of the kind is not fine enough; `None` if there is none at all.
@@ -143,13 +148,14 @@ pub fn table() -> &'static Table {
 }
 
 impl Table {
-    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there; of equal ones the more accurate.
+    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there, and of
+    /// equally cheap ones the more accurate.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Refusal<'_>> {
-        let kind = Kind::of(point).ok_or(Refusal::NotMeasured)?;
-        let measured = self.kinds.get(&kind).ok_or(Refusal::TooFine(kind, None))?;
+    /// [`Unmet`].
+    pub(crate) fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Unmet<'_>> {
+        let kind = Kind::of(point).ok_or(Unmet::NotMeasured)?;
+        let measured = self.kinds.get(&kind).ok_or(Unmet::TooFine(kind, None))?;
         let priced = |setting| {
             let stepping = stepping_at(setting, point);
             (setting.ms_per_t0 * setting.step / stepping.dt, setting, stepping)
@@ -161,7 +167,7 @@ impl Table {
         let best = fit.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.error.total_cmp(&b.1.error)));
         let Some((cost, setting, stepping)) = best else {
             let finest = measured.settings.iter().min_by(|a, b| a.error.total_cmp(&b.error));
-            return Err(Refusal::TooFine(kind, finest));
+            return Err(Unmet::TooFine(kind, finest));
         };
         let default = default_at(point);
         let default = measured.settings.iter().find(|setting| setting.knobs() == default).map(priced);
@@ -178,13 +184,13 @@ impl Table {
 
 impl Setting {
     /// What is chosen.
-    pub fn knobs(&self) -> Knobs {
+    pub(crate) fn knobs(&self) -> Knobs {
         (self.n_vertices, self.integrator, self.dt)
     }
 }
 
 /// What campaigns have by default at such a point.
-pub fn default_at(point: &Point) -> Knobs {
+pub(crate) fn default_at(point: &Point) -> Knobs {
     let point = with_vertices(point, DEFAULT_VERTICES);
     let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
     (DEFAULT_VERTICES, chosen.integrator, None)
@@ -203,7 +209,7 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
 }
 
 /// The point with so many vertices.
-pub fn with_vertices(point: &Point, n_vertices: usize) -> Point {
+pub(crate) fn with_vertices(point: &Point, n_vertices: usize) -> Point {
     let mut point = point.clone();
     if let Model::Deformable(ring) = &mut point.model {
         ring.n_vertices = n_vertices;
@@ -259,9 +265,9 @@ mod tests {
     fn a_finer_tolerance_than_anything_measured_is_refused_with_the_finest() {
         let table = table();
         let refused = table.choose(1e-3, &point(1.09)).unwrap_err();
-        assert!(matches!(refused, Refusal::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
+        assert!(matches!(refused, Unmet::TooFine(Kind::Clog, Some(finest)) if finest.error == 0.002));
         let soft = Point::new(Model::Soft(Soft { e_w: 1.0 }), point(1.0).scene);
-        assert_eq!(table.choose(0.5, &soft), Err(Refusal::NotMeasured));
+        assert_eq!(table.choose(0.5, &soft), Err(Unmet::NotMeasured));
     }
 
     #[test]

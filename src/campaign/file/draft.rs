@@ -1,85 +1,74 @@
-//! A value for every key, and the grid point it makes.
+//! A value for every key of a block, and the grid point that they make.
 
 use crate::campaign::choose::stepping;
 use crate::campaign::choose::tolerance;
-use crate::campaign::file::keys::{Id, Value};
+use crate::campaign::file::keys::Key;
 use crate::campaign::file::{Estimate, Until};
-use crate::parameters::{
-    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, Integrator, IntegratorChoice, Limits, LoneDisc,
-    Model, ObstacleField, PAPER_KAPPA, Point, Scene, SelfContact, Soft, Stepping, WallStiffness,
-};
+use crate::parameters::{IntegratorChoice, Model, Point, Scene, Soft, Value};
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
 
-/// A value for every key that means something; made whole before a point is taken from it.
-#[derive(Clone)]
-pub(super) struct Draft([Option<Value>; Id::COUNT]);
+/// A value for every key that means something in a block. It is complete before a point is made of it.
+#[derive(Clone, Default)]
+pub(super) struct Draft(Vec<(&'static Key, Value)>);
 
 impl Draft {
-    pub(super) fn new() -> Self {
-        Self([None; Id::COUNT])
+    /// Adds a key, and returns its place for [`Draft::put`].
+    pub(super) fn push(&mut self, key: &'static Key, value: Value) -> usize {
+        self.0.push((key, value));
+        self.0.len() - 1
     }
 
-    pub(super) fn set(&mut self, id: Id, value: Value) {
-        self.0[id as usize] = Some(value);
+    /// Gives the key at this place another value.
+    pub(super) fn put(&mut self, place: usize, value: Value) {
+        self.0[place].1 = value;
+    }
+
+    fn value(&self, name: &str) -> Option<Value> {
+        self.0.iter().find(|(key, _)| key.name == name).map(|(_, value)| *value)
     }
 
     /// The number of a key; `None` for a word.
-    fn maybe(&self, id: Id) -> Option<f64> {
-        match self.0[id as usize] {
-            Some(Value::Number(number)) => Some(number),
-            Some(Value::Word(_)) | None => None,
-        }
+    fn maybe(&self, name: &str) -> Option<f64> {
+        self.value(name)?.number()
     }
 
     /// The number of a key that holds no words.
-    pub(super) fn number(&self, id: Id) -> f64 {
-        self.maybe(id).expect("the table of keys gives every key that means something a value")
+    pub(super) fn number(&self, name: &str) -> f64 {
+        self.maybe(name).expect("a block gives every key that means something a value")
     }
 
-    fn word(&self, id: Id) -> &'static str {
-        match self.0[id as usize] {
-            Some(Value::Word(word)) => word,
-            Some(Value::Number(_)) | None => "",
-        }
+    fn word(&self, name: &str) -> &'static str {
+        self.value(name).and_then(Value::word).unwrap_or_default()
+    }
+
+    /// Whether the file leaves the value of a key to the campaign.
+    fn is_open(&self, name: &str) -> bool {
+        self.word(name) == "auto"
     }
 
     /// The integrator that is asked for.
     pub(super) fn integrator(&self) -> IntegratorChoice {
-        IntegratorChoice::from_name(self.word(Id::Integrator)).unwrap_or_default()
+        IntegratorChoice::from_name(self.word("integrator")).unwrap_or_default()
     }
 
     /// When seeds are added, if they are.
     pub(super) fn until(&self) -> Option<Until> {
-        let estimate = if self.word(Id::Estimate) == "v_g" { Estimate::Speed } else { Estimate::Lambda };
-        let max_runs = self.number(Id::MaxRuns) as u64;
-        self.maybe(Id::RelativeError).map(|relative_error| Until { estimate, relative_error, max_runs })
+        let estimate = if self.word("estimate") == "v_g" { Estimate::Speed } else { Estimate::Lambda };
+        let max_runs = self.number("max_runs") as u64;
+        self.maybe("relative_error").map(|relative_error| Until { estimate, relative_error, max_runs })
     }
 
-    /// The tolerance that chooses vertices and stepping; `None` where they are given, and of a soft particle.
+    /// The tolerance that chooses vertices and stepping; `None` where they are given, and for a soft particle.
     pub(super) fn tolerance(&self) -> Option<f64> {
-        self.maybe(Id::Tolerance)
+        self.maybe("tolerance")
     }
 
-    /// The grid point, and the stability limit it was held against.
+    /// The grid point, and the stability limit that it is held against.
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
-        let mut point = Point {
-            model: self.model(),
-            scene: self.scene(),
-            v_t: self.number(Id::VT),
-            b0: self.number(Id::B0),
-            // Left out where it changes nothing.
-            alpha: (self.number(Id::B0) > 0.0).then(|| self.number(Id::Alpha)),
-            stepping: Stepping { integrator: Integrator::Verlet, dt: 0.0 },
-            limits: Limits {
-                t_max: self.number(Id::TMax),
-                distance: self.maybe(Id::Distance),
-                ek_threshold: self.number(Id::EkThreshold),
-            },
-            sample_every: self.number(Id::SampleEvery),
-            shapes_every: self.maybe(Id::ShapesEvery),
-        };
+        let mut point = self.as_given();
+        self.choose_stiffness(&mut point);
         let limit = StabilityLimit::of(&point);
-        point.stepping = stepping::choose(self.integrator(), self.maybe(Id::Dt), &point, &limit);
+        point.stepping = stepping::choose(self.integrator(), self.maybe("dt"), &point, &limit);
         let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
         else {
             return (point, limit);
@@ -90,58 +79,32 @@ impl Draft {
         (point, limit)
     }
 
-    fn model(&self) -> Model {
-        if self.word(Id::Model) == "SP" {
-            return Model::Soft(Soft { e_w: self.number(Id::EW) });
+    /// The point with all that the file gives; model and scene, which stand first in the list, settle its parts.
+    fn as_given(&self) -> Point {
+        let mut point = Point::new(Model::Soft(Soft { e_w: f64::NAN }), Scene::Plate);
+        for &(key, value) in &self.0 {
+            if let Some(parameter) = key.parameter.filter(|parameter| !parameter.is_open(value)) {
+                parameter.set(&mut point, value);
+            }
         }
-        let mut ring = Deformable {
-            gamma: self.number(Id::Gamma),
-            kappa: self.maybe(Id::Kappa).unwrap_or(PAPER_KAPPA),
-            k_a: self.number(Id::KA),
-            n_vertices: self.number(Id::NVertices) as usize,
-            e_w: self.maybe(Id::EW).unwrap_or(if self.word(Id::Scene) == "channel" { 1e6 } else { 1e4 }),
-            delta: self.number(Id::Delta),
-            eps: self.number(Id::Eps),
-            wall: WallStiffness::from_name(self.word(Id::Wall)).unwrap_or_default(),
-            contact: ContactKind::from_name(self.word(Id::Contact)).unwrap_or_default(),
-            gravity: GravityForm::from_name(self.word(Id::Gravity)).unwrap_or_default(),
-            self_contact: SelfContact::from_name(self.word(Id::SelfContact)).unwrap_or_default(),
-            engulfed: Engulfed::from_name(self.word(Id::Engulfed)).unwrap_or_default(),
-        };
-        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for good.
-        let hangs = matches!(self.word(Id::Scene), "obstacles" | "disc");
-        if self.maybe(Id::Kappa).is_none() && hangs && vertices_pile_up(&ring) {
+        if point.b0 == 0.0 {
+            // An exponent that changes nothing must not give the point another identity.
+            point.alpha = None;
+        }
+        point
+    }
+
+    /// The stiffnesses that the file leaves open.
+    fn choose_stiffness(&self, point: &mut Point) {
+        let Model::Deformable(ring) = &mut point.model else { return };
+        if self.is_open("e_w") {
+            ring.e_w = if matches!(point.scene, Scene::Channel(_)) { 1e6 } else { 1e4 };
+        }
+        // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for
+        // good.
+        let hangs = matches!(point.scene, Scene::Obstacles(_) | Scene::Disc(_));
+        if self.is_open("kappa") && hangs && vertices_pile_up(ring) {
             ring.kappa = ring.linear_kappa();
-        }
-        Model::Deformable(ring)
-    }
-
-    fn scene(&self) -> Scene {
-        match self.word(Id::Scene) {
-            "channel" => Scene::Channel(Channel {
-                w: self.number(Id::W),
-                angle: self.number(Id::Angle),
-                tip_radius: self.number(Id::TipRadius),
-                h_start: self.number(Id::HStart),
-                h_end: self.number(Id::HEnd),
-            }),
-            "plate" => Scene::Plate,
-            "disc" => Scene::Disc(LoneDisc {
-                sigma_ob: self.number(Id::SigmaOb),
-                offset: self.number(Id::Offset),
-                h_start: self.number(Id::HStart),
-                h_end: self.number(Id::HEnd),
-            }),
-            _ => Scene::Obstacles(self.obstacles()),
-        }
-    }
-
-    fn obstacles(&self) -> ObstacleField {
-        ObstacleField {
-            w_ob: self.number(Id::WOb),
-            sigma_ob: self.number(Id::SigmaOb),
-            density: self.maybe(Id::Density).map_or(Density::Saturated, Density::Number),
-            box_size: self.number(Id::BoxSize),
         }
     }
 }

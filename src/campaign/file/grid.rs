@@ -1,6 +1,7 @@
 //! Ranges of a grid axis, and the product of several axes.
 
-use crate::campaign::file::interval::Short;
+use crate::campaign::file::problem::Mistake;
+use crate::parameters::Short;
 
 /// Most values on one axis.
 pub(super) const LONGEST_AXIS: f64 = 1e5;
@@ -16,25 +17,25 @@ pub(super) enum Spacing {
     Log(usize),
 }
 
-/// What is wrong with a range: the key at fault, the mistake, what to write.
-pub(super) type RangeMistake = (&'static str, String, String);
+/// What is wrong with a range: the key at fault, and the mistake.
+type RangeMistake = (&'static str, Mistake);
 
 /// The values of a range, both ends included.
 ///
-/// Values between the ends are rounded to nine digits: they read well, and a range made longer at the same spacing
-/// keeps its old values to the last bit, so that no finished job is done again.
+/// Values between the ends are rounded to nine digits. So they read well, and a range that is made longer at the same
+/// spacing keeps its old values to the last bit: no finished job is done again.
 pub(super) fn spread(from: f64, to: f64, spacing: Spacing) -> Result<Vec<f64>, RangeMistake> {
     if from >= to {
         let message = format!("the range ends at {} but starts at {}", Short(to), Short(from));
-        return Err(("to", message, "`to` must be above `from`".to_owned()));
+        return Err(("to", Mistake::new(message).help("`to` must be above `from`")));
     }
     let steps = match spacing {
         Spacing::Linear(points) | Spacing::Log(points) => points - 1,
-        Spacing::Step(step) => whole_steps(from, to, step)?,
+        Spacing::Step(step) => whole_steps(from, to, step).map_err(|mistake| ("step", mistake))?,
     };
     if let (Spacing::Log(_), true) = (spacing, from <= 0.0) {
-        let message = format!("a logarithmic range cannot start at {}", Short(from));
-        return Err(("from", message, "`from` must be above 0, or the scale \"linear\"".to_owned()));
+        let mistake = Mistake::new(format!("a logarithmic range cannot start at {}", Short(from)));
+        return Err(("from", mistake.help("`from` must be above 0, or the scale \"linear\"")));
     }
     let between = |i: usize| match spacing {
         Spacing::Step(step) => from + i as f64 * step,
@@ -45,24 +46,21 @@ pub(super) fn spread(from: f64, to: f64, spacing: Spacing) -> Result<Vec<f64>, R
     Ok(std::iter::once(from).chain(inner).chain(std::iter::once(to)).collect())
 }
 
-fn whole_steps(from: f64, to: f64, step: f64) -> Result<usize, RangeMistake> {
+fn whole_steps(from: f64, to: f64, step: f64) -> Result<usize, Mistake> {
     if step <= 0.0 {
-        return Err(("step", format!("{} is no step", Short(step)), "`step` must be above 0".to_owned()));
+        return Err(Mistake::new(format!("a step of {} leads nowhere", Short(step))).help("`step` must be above 0"));
     }
     let steps = ((to - from) / step).round();
     if steps >= LONGEST_AXIS {
-        let message = format!("{} steps are too many", Short(steps));
-        return Err(("step", message, format!("an axis has at most {} values", Short(LONGEST_AXIS))));
+        let help = format!("an axis has at most {} values", Short(LONGEST_AXIS));
+        return Err(Mistake::new(format!("{} steps are too many", Short(steps))).help(help));
     }
     let last = nine_digits(from + steps * step);
     if steps < 1.0 || (last - to).abs() > 1e-6 * step {
         let reached = nine_digits(from + ((to - from) / step).floor() * step);
         let message = format!("steps of {} from {} do not end at {}", Short(step), Short(from), Short(to));
-        return Err((
-            "step",
-            message,
-            format!("the last step before it ends at {}: write that, or other steps", Short(reached)),
-        ));
+        let help = format!("the last step before it ends at {}: write that, or another step", Short(reached));
+        return Err(Mistake::new(message).help(help));
     }
     Ok(steps as usize)
 }
@@ -72,7 +70,7 @@ fn nine_digits(number: f64) -> f64 {
     format!("{number:.8e}").parse().expect("a formatted number reads back")
 }
 
-/// The `index`-th element of the product of axes of these lengths, the last axis running fastest: an index on each.
+/// Where the `index`-th point of the product lies on each of the axes of these lengths; the last axis runs fastest.
 pub(super) fn place_on_axes(lengths: &[usize], mut index: usize) -> Vec<usize> {
     let mut places = vec![0; lengths.len()];
     for (place, length) in places.iter_mut().zip(lengths).rev() {
@@ -109,7 +107,7 @@ mod tests {
     fn a_range_that_runs_backwards_or_misses_its_end_is_refused() {
         assert_eq!(spread(1.0, 1.0, Spacing::Linear(2)).unwrap_err().0, "to");
         assert_eq!(spread(0.0, 1.0, Spacing::Log(3)).unwrap_err().0, "from");
-        assert!(spread(0.1, 1.0, Spacing::Step(0.4)).unwrap_err().2.contains("0.9"));
+        assert!(spread(0.1, 1.0, Spacing::Step(0.4)).unwrap_err().1.help.unwrap().contains("0.9"));
         assert_eq!(spread(0.0, 1.0, Spacing::Step(1e-9)).unwrap_err().0, "step");
         assert_eq!(spread(0.0, 1.0, Spacing::Step(-0.1)).unwrap_err().0, "step");
     }

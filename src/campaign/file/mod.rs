@@ -1,6 +1,8 @@
 //! A campaign file, from TOML to grid points and seeds.
 //!
-//! The text is walked once (`read`) against the table of [`keys`]; sections are then combined (`resolve`) into blocks of [`Point`]s. Every mistake of the file is reported at once, with its place and what to write instead.
+//! The text is walked once (`read`) against the table of `keys`. Its sections are then combined (`resolve`) into
+//! blocks, and the axes of each block multiplied (`product`) into [`Point`]s. All mistakes of a file are reported
+//! together, each with its place and what to write instead.
 //!
 //! ```
 //! let text = r#"
@@ -19,12 +21,11 @@
 //! ```
 
 mod axis;
-mod checks;
 mod draft;
 mod grid;
-pub mod interval;
-pub mod keys;
+pub(crate) mod keys;
 mod problem;
+mod product;
 mod read;
 mod resolve;
 mod scalar;
@@ -33,11 +34,9 @@ mod spelling;
 
 pub use problem::{CampaignErrors, Invalid, Problem};
 pub(crate) use problem::{Problems, line_of};
-pub use resolve::MOST_JOBS;
 pub(crate) use spelling::nearest;
 
 use crate::parameters::{IntegratorChoice, Point, PointId};
-use keys::Id;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -119,18 +118,18 @@ impl Campaign {
         let (root, syntax_errors) = DeTable::parse_recoverable(text);
         for error in syntax_errors {
             let span = error.span().unwrap_or(0..0);
-            let help = "see https://toml.io for the form of such files".to_owned();
-            problems.add(span, None, format!("not valid TOML: {}", error.message()), Some(help));
+            let message = format!("not valid TOML: {}", error.message());
+            problems.note(&span, message).help("see https://toml.io for the form of such files");
         }
         if !problems.is_empty() {
             return Err(CampaignErrors::Invalid(Box::new(problems.into_invalid(file_name))));
         }
         let (top, own) = read::file(root.get_ref(), &mut problems);
         let blocks = resolve::blocks(&top, own.as_deref(), &mut problems);
-        match top.text(Id::Name) {
+        match top.text("name") {
             Some(name) if problems.is_empty() => Ok(Self {
                 name: name.to_owned(),
-                about: top.text(Id::About).unwrap_or_default().trim().to_owned(),
+                about: top.text("about").unwrap_or_default().trim().to_owned(),
                 text: text.to_owned(),
                 blocks,
             }),

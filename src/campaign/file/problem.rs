@@ -31,6 +31,18 @@ impl fmt::Display for Problem {
 }
 
 impl Problem {
+    /// The dotted path of the key that it is about.
+    pub(crate) fn key(&mut self, path: impl Into<String>) -> &mut Self {
+        self.key = Some(path.into());
+        self
+    }
+
+    /// What is allowed, or what to write instead.
+    pub(crate) fn help(&mut self, help: impl Into<String>) -> &mut Self {
+        self.help = Some(help.into());
+        self
+    }
+
     fn title(&self) -> String {
         match &self.key {
             Some(key) => format!("{key}: {}", self.message),
@@ -109,7 +121,36 @@ impl Invalid {
     }
 }
 
-/// Collects the mistakes of one text.
+/// What is wrong, and perhaps what to write instead: a problem that has no place yet.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Mistake {
+    pub(crate) message: String,
+    pub(crate) help: Option<String>,
+}
+
+impl Mistake {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), help: None }
+    }
+
+    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+}
+
+impl From<&str> for Mistake {
+    fn from(message: &str) -> Self {
+        Self::new(message)
+    }
+}
+
+impl From<String> for Mistake {
+    fn from(message: String) -> Self {
+        Self::new(message)
+    }
+}
+
+/// Collects the problems of one text.
 pub(crate) struct Problems<'t> {
     text: &'t str,
     list: Vec<Problem>,
@@ -120,15 +161,27 @@ impl<'t> Problems<'t> {
         Self { text, list: Vec::new() }
     }
 
-    /// Notes a mistake at the bytes `span`; only the first line of a longer span is shown.
-    pub(crate) fn add(&mut self, span: Range<usize>, key: Option<String>, message: String, help: Option<String>) {
+    /// Notes a mistake at the bytes `span`; only the first line of a longer span is shown. The key that it is about and
+    /// the help may follow:
+    ///
+    /// ```text
+    /// problems.note(&span, "the axis is empty").key("grid.gamma").help("give it a value, or leave the axis out");
+    /// ```
+    pub(crate) fn note(&mut self, span: &Range<usize>, mistake: impl Into<Mistake>) -> &mut Problem {
+        let Mistake { message, help } = mistake.into();
         let start = floor_char_boundary(self.text, span.start);
         let line_end = self.text[start..].find(['\r', '\n']).map_or(self.text.len(), |length| start + length);
         let end = floor_char_boundary(self.text, span.end.clamp(start, line_end)).max(start);
         let line = line_of(self.text.as_bytes(), start);
         let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
         let column = self.text[line_start..start].chars().count() + 1;
-        self.list.push(Problem { line, column, key, message, help, span: start..end });
+        self.list.push_mut(Problem { line, column, key: None, message, help, span: start..end })
+    }
+
+    /// [`Problems::note`] with all parts at once.
+    pub(crate) fn add(&mut self, span: Range<usize>, key: Option<String>, message: String, help: Option<String>) {
+        let problem = self.note(&span, Mistake { message, help });
+        problem.key = key;
     }
 
     pub(crate) fn is_empty(&self) -> bool {

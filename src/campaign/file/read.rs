@@ -1,37 +1,23 @@
-//! Walks the TOML tree once and notes everything that is wrong with single keys: unknown, misplaced, of a wrong type, out
-//! of every range.
+//! Walks the TOML tree once and notes everything that is wrong with single keys: unknown, misplaced, of a wrong type,
+//! out of every range.
 
 use crate::campaign::file::axis::axis;
-use crate::campaign::file::keys::{Id, KEYS, Key, Kind, Place, rows};
-use crate::campaign::file::problem::Problems;
-use crate::campaign::file::scalar::{allowed, read, with_article};
-use crate::campaign::file::section::{Entry, Given, Item, Section, Span};
+use crate::campaign::file::keys::{Home, Key, names, rows};
+use crate::campaign::file::problem::{Mistake, Problems};
+use crate::campaign::file::scalar::{allowed, does_not_fit, read, with_article};
+use crate::campaign::file::section::{Assignment, Given, Item, Section, Span};
 use crate::campaign::file::spelling::nearest;
+use crate::parameters::Domain;
 use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A table of the file.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Home {
-    File,
-    Block,
-    Limits,
-    Until,
-    Grid,
-}
-
 impl Home {
     fn holds(self, key: &Key) -> bool {
-        match self {
-            Self::File => matches!(key.place, Place::File | Place::Section | Place::Parameter),
-            Self::Block => matches!(key.place, Place::Section | Place::Parameter),
-            Self::Limits => key.place == Place::Limit,
-            Self::Until => key.place == Place::Until,
-            Self::Grid => key.is_axis(),
-        }
+        key.homes.contains(&self)
     }
 
+    /// The tables that may stand here.
     fn tables(self) -> &'static [&'static str] {
         match self {
             Self::File => &["limits", "until", "grid", "block"],
@@ -40,10 +26,9 @@ impl Home {
         }
     }
 
-    /// The names that may stand here, each once.
+    /// All names that may stand here, each once.
     fn names(self) -> Vec<&'static str> {
-        let mut names: Vec<_> = KEYS.iter().filter(|key| self.holds(key)).map(|key| key.name).collect();
-        names.dedup();
+        let mut names = names(|key| self.holds(key));
         names.extend(self.tables());
         names
     }
@@ -57,13 +42,8 @@ pub(super) fn file(root: &DeTable<'_>, problems: &mut Problems<'_>) -> (Section,
             list.iter().filter_map(|element| block(element, problems)).collect()
         }
         other => {
-            let message = format!("{} is no list of blocks", with_article(other));
-            problems.add(
-                value.span(),
-                Some("block".to_owned()),
-                message,
-                Some("start each block with [[block]]".to_owned()),
-            );
+            let message = format!("{} is not a list of blocks", with_article(other));
+            problems.note(&value.span(), message).key("block").help("start each block with [[block]]");
             Vec::new()
         }
     });
@@ -71,19 +51,12 @@ pub(super) fn file(root: &DeTable<'_>, problems: &mut Problems<'_>) -> (Section,
 }
 
 fn block(element: &Spanned<DeValue<'_>>, problems: &mut Problems<'_>) -> Option<Section> {
-    match element.get_ref() {
-        DeValue::Table(table) => Some(section(table, Home::Block, element.span(), problems)),
-        other => {
-            let message = format!("{} is no block", with_article(other));
-            problems.add(
-                element.span(),
-                Some("block".to_owned()),
-                message,
-                Some("start each block with [[block]]".to_owned()),
-            );
-            None
-        }
-    }
+    let Some(table) = element.get_ref().as_table() else {
+        let message = format!("{} is not a block", with_article(element.get_ref()));
+        problems.note(&element.span(), message).key("block").help("start each block with [[block]]");
+        return None;
+    };
+    Some(section(table, Home::Block, element.span(), problems))
 }
 
 fn section(table: &DeTable<'_>, home: Home, span: Span, problems: &mut Problems<'_>) -> Section {
@@ -99,38 +72,29 @@ fn section(table: &DeTable<'_>, home: Home, span: Span, problems: &mut Problems<
                 inner(value, Home::Grid, &path, &mut section, problems);
             }
             Some(_) => {}
-            None => section.entries.extend(entry(key, value, home, path, problems)),
+            None => section.assignments.extend(assignment(key, value, home, path, problems)),
         }
     }
-    for entry in section.entries.iter().filter(|entry| entry.on_grid && sound(entry)) {
-        let twin = section.entries.iter().find(|other| !other.on_grid && other.id == entry.id && sound(other));
-        if let Some(twin) = twin {
+    let sound = || section.assignments.iter().filter(|assignment| assignment.is_sound());
+    for axis in sound().filter(|assignment| assignment.on_grid) {
+        if let Some(twin) = sound().find(|other| !other.on_grid && other.name == axis.name) {
             let message = format!("it has a fixed value too, `{}`", twin.path);
-            let help = "keep the fixed value or the axis".to_owned();
-            problems.add(entry.span.clone(), Some(entry.path.clone()), message, Some(help));
+            problems.note(&axis.span, message).key(&axis.path).help("keep the fixed value or the axis");
         }
     }
     section
 }
 
-fn sound(entry: &Entry) -> bool {
-    !matches!(entry.given, Given::Broken)
-}
-
-/// Reads `limits` or `grid` into its section.
+/// Reads `limits`, `until` or `grid` into its section.
 fn inner(value: &Spanned<DeValue<'_>>, home: Home, path: &str, section: &mut Section, problems: &mut Problems<'_>) {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            for (key, value) in table {
-                let path = format!("{path}.{}", key.get_ref());
-                section.entries.extend(entry(key, value, home, path, problems));
-            }
-        }
-        other => {
-            let message = format!("{} is no table", with_article(other));
-            let help = format!("write [{path}] and its keys below");
-            problems.add(value.span(), Some(path.to_owned()), message, Some(help));
-        }
+    let Some(table) = value.get_ref().as_table() else {
+        let message = format!("{} is not a table", with_article(value.get_ref()));
+        problems.note(&value.span(), message).key(path).help(format!("write [{path}] and its keys below"));
+        return;
+    };
+    for (key, value) in table {
+        let path = format!("{path}.{}", key.get_ref());
+        section.assignments.extend(assignment(key, value, home, path, problems));
     }
 }
 
@@ -149,48 +113,38 @@ fn table_meant(
     }
     let is_table = value.get_ref().is_table() || value.get_ref().is_array();
     let meant = nearest(name, tables).filter(|_| is_table && rows(name).next().is_none())?;
-    problems.add(key.span(), Some(path.to_owned()), "unknown key".to_owned(), Some(format!("did you mean `{meant}`?")));
+    problems.note(&key.span(), "unknown key").key(path).help(format!("did you mean `{meant}`?"));
     Some(meant)
 }
 
-/// Reads one key; an unknown one counts as the key that was probably meant, so that this is not reported as missing.
-fn entry(
+/// Reads one key. An unknown one counts as the key that was probably meant, so that this is not reported as missing.
+fn assignment(
     key: &Spanned<Cow<'_, str>>,
     value: &Spanned<DeValue<'_>>,
     home: Home,
     path: String,
     problems: &mut Problems<'_>,
-) -> Option<Entry> {
+) -> Option<Assignment> {
     let name = key.get_ref().as_ref();
-    let (id, given) = match rows(name).next() {
-        Some(known) if home.holds(known) => (known.id, given(known, value, home, &path, problems)),
+    let (name, given) = match rows(name).next() {
+        Some(known) if home.holds(known) => (known.name, given(known, value, home, &path, problems)),
         Some(known) => {
-            let help = format!("{name} ({}) stands {}", known.doc, place_in_words(known.place));
-            problems.add(key.span(), Some(path.clone()), "this key does not belong here".to_owned(), Some(help));
-            (known.id, Given::Broken)
+            let help = format!("{} stands {}", known.described(), known.place());
+            problems.note(&key.span(), "this key does not belong here").key(&path).help(help);
+            (known.name, Given::Broken)
         }
         None => {
-            let names = home.names();
-            let meant = nearest(name, names.iter().copied()).or_else(|| nearest(name, KEYS.iter().map(|key| key.name)));
+            let here = home.names();
+            let meant = nearest(name, here.iter().copied()).or_else(|| nearest(name, names(|_| true)));
             let help = match meant {
                 Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("the keys here are {}", names.join(", ")),
+                None => format!("the keys here are {}", here.join(", ")),
             };
-            problems.add(key.span(), Some(path.clone()), "unknown key".to_owned(), Some(help));
-            (rows(meant?).next()?.id, Given::Broken)
+            problems.note(&key.span(), "unknown key").key(&path).help(help);
+            (rows(meant?).next()?.name, Given::Broken)
         }
     };
-    Some(Entry { id, path, span: value.span(), on_grid: home == Home::Grid, given })
-}
-
-fn place_in_words(place: Place) -> &'static str {
-    match place {
-        Place::File => "at the top of the file",
-        Place::Section => "at the top of the file or of a block",
-        Place::Parameter => "at the top of the file or of a block, or in the grid",
-        Place::Limit => "under [limits]",
-        Place::Until => "under [until]",
-    }
+    Some(Assignment { name, path, span: value.span(), on_grid: home == Home::Grid, given })
 }
 
 fn given(
@@ -204,24 +158,22 @@ fn given(
     if home == Home::Grid {
         return axis(rows, value, path, problems).map_or(Given::Broken, Given::Axis);
     }
-    let mistake = match (value.get_ref(), key.kind) {
-        (DeValue::String(text), Kind::Text) if key.id != Id::Name || is_name(text) => {
+    let mistake = match (value.get_ref(), key.domain) {
+        (DeValue::String(text), Domain::Text) if key.name != "name" || is_name(text) => {
             return Given::Text(text.clone().into_owned());
         }
-        (DeValue::String(_), Kind::Text) => {
-            let help = "a name has 1 to 64 letters, digits, `_`, `-` and `.`, and starts with a letter or digit";
-            ("this name cannot name a folder".to_owned(), help.to_owned())
-        }
-        (other, Kind::Text) => (format!("{} does not fit here", with_article(other)), allowed(rows)),
+        (DeValue::String(_), Domain::Text) => Mistake::new("this name cannot name a folder")
+            .help("a name has 1 to 64 letters, digits, `_`, `-` and `.`, and starts with a letter or digit"),
+        (other, Domain::Text) => does_not_fit(other).help(allowed(rows)),
         (DeValue::Array(_) | DeValue::Table(_), _) if key.is_axis() => {
-            ("several values for one".to_owned(), format!("to sweep {}, write it under [grid]", key.name))
+            Mistake::new("only one value may stand here").help(format!("to sweep {}, write it under [grid]", key.name))
         }
         (other, _) => match read(rows, other) {
-            Ok(value_read) => return Given::Fixed(Item { value: value_read, span: value.span() }),
+            Ok(read) => return Given::Fixed(Item { value: read, span: value.span() }),
             Err(mistake) => mistake,
         },
     };
-    problems.add(value.span(), Some(path.to_owned()), mistake.0, Some(mistake.1));
+    problems.note(&value.span(), mistake).key(path);
     Given::Broken
 }
 

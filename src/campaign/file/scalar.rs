@@ -1,47 +1,44 @@
 //! One TOML value as the value of a key: its type, its word or its range.
 
-use crate::campaign::file::interval::Short;
-use crate::campaign::file::keys::{Key, Kind, Meaning, Value};
+use crate::campaign::file::keys::Key;
+use crate::campaign::file::problem::Mistake;
 use crate::campaign::file::spelling::nearest;
+use crate::parameters::{Applies, Domain, Short, Value};
 use toml::de::DeValue;
-
-/// What is wrong with a value, and what is allowed.
-pub(super) type Mistake = (String, String);
 
 /// Reads a value as any of the rows of a key allows.
 pub(super) fn read(rows: impl Iterator<Item = &'static Key> + Clone, value: &DeValue<'_>) -> Result<Value, Mistake> {
-    let allowed = allowed(rows.clone());
     match value {
-        DeValue::String(text) => word(rows, text, allowed),
+        DeValue::String(text) => word(rows, text),
         DeValue::Integer(_) | DeValue::Float(_) => match number(value) {
             Some(number) => within(rows, number).map(Value::Number),
-            None => Err((format!("{} is not a finite number", written(value)), allowed)),
+            None => Err(Mistake::new(format!("{} is not a finite number", written(value))).help(allowed(rows))),
         },
         DeValue::Boolean(_) | DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => {
-            Err((format!("{} does not fit here", with_article(value)), allowed))
+            Err(does_not_fit(value).help(allowed(rows)))
         }
     }
 }
 
 /// The number as the first row that accepts it holds it.
 pub(super) fn within(rows: impl Iterator<Item = &'static Key> + Clone, number: f64) -> Result<f64, Mistake> {
-    rows.clone().find_map(|key| key.kind.accept(number)).ok_or_else(|| {
+    rows.clone().find_map(|key| key.domain.number(number)).ok_or_else(|| {
         let shown = Short(number);
-        let message = match rows.clone().next().map(|key| key.kind) {
-            Some(Kind::Whole(_)) if number != number.round() => format!("{shown} is not a whole number"),
-            Some(Kind::Text | Kind::Choice(_)) | None => "a number does not fit here".to_owned(),
-            Some(Kind::Whole(_) | Kind::Number(_) | Kind::NumberOr(..)) => format!("{shown} is out of range"),
+        let message = match rows.clone().next().map(|key| key.domain) {
+            Some(Domain::Whole(_)) if number != number.round() => format!("{shown} is not a whole number"),
+            Some(Domain::Text | Domain::Choice(_)) | None => "a number does not fit here".to_owned(),
+            Some(Domain::Whole(_) | Domain::Number(_) | Domain::NumberOr(..)) => format!("{shown} is out of range"),
         };
-        (message, allowed(rows))
+        Mistake::new(message).help(allowed(rows))
     })
 }
 
 /// "gamma must be a number from 0.001 to 100".
 pub(super) fn allowed(rows: impl Iterator<Item = &'static Key> + Clone) -> String {
     let several = rows.clone().count() > 1;
-    let texts = rows.clone().map(|key| match key.meaning {
-        Meaning::Model(model) if several => format!("{} (model {model})", key.kind.allowed()),
-        Meaning::Model(_) | Meaning::Always | Meaning::Scene(_) => key.kind.allowed(),
+    let texts = rows.clone().map(|key| match key.applies {
+        Applies::Model(model) if several => format!("{} (model {model})", key.domain.allowed()),
+        Applies::Model(_) | Applies::Always | Applies::Scene(_) => key.domain.allowed(),
     });
     let mut texts: Vec<_> = texts.collect();
     texts.dedup();
@@ -49,19 +46,17 @@ pub(super) fn allowed(rows: impl Iterator<Item = &'static Key> + Clone) -> Strin
     format!("{name} must be {}", texts.join(" or "))
 }
 
-fn word(rows: impl Iterator<Item = &'static Key> + Clone, text: &str, allowed: String) -> Result<Value, Mistake> {
-    if let Some(word) = rows.clone().find_map(|key| key.kind.word(text)) {
+fn word(rows: impl Iterator<Item = &'static Key> + Clone, text: &str) -> Result<Value, Mistake> {
+    if let Some(word) = rows.clone().find_map(|key| key.domain.word(text)) {
         return Ok(Value::Word(word));
     }
-    let known = rows.flat_map(|key| match key.kind {
-        Kind::Choice(words) => words.to_vec(),
-        Kind::NumberOr(_, word) => vec![word],
-        Kind::Text | Kind::Number(_) | Kind::Whole(_) => vec![],
-    });
+    let known = rows.clone().flat_map(|key| key.domain.words().iter().copied());
     let meant = nearest(text, known).map(|word| format!(" (did you mean \"{word}\"?)"));
-    let message =
-        if text.parse::<f64>().is_ok() { "a number in quotes is a text" } else { "this text is not known here" };
-    Err((message.to_owned(), allowed + &meant.unwrap_or_default()))
+    let message = match text.parse::<f64>() {
+        Ok(_) => "a number in quotes is a text".to_owned(),
+        Err(_) => format!("\"{text}\" is not known here"),
+    };
+    Err(Mistake::new(message).help(allowed(rows) + &meant.unwrap_or_default()))
 }
 
 /// The finite number a value holds.
@@ -73,6 +68,11 @@ pub(super) fn number(value: &DeValue<'_>) -> Option<f64> {
         _ => return None,
     };
     number.is_finite().then_some(number)
+}
+
+/// "a boolean does not fit here".
+pub(super) fn does_not_fit(value: &DeValue<'_>) -> Mistake {
+    Mistake::new(format!("{} does not fit here", with_article(value)))
 }
 
 /// "a boolean", "an array".

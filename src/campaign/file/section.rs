@@ -1,6 +1,6 @@
-//! What stands where in a campaign file: the entries of its top level and of its blocks, read but not yet combined.
+//! What stands where in a campaign file: the keys of its top level and of its blocks, read but not yet combined.
 
-use crate::campaign::file::keys::{Id, Value};
+use crate::parameters::Value;
 use std::ops::Range;
 
 /// Bytes of the file.
@@ -9,7 +9,7 @@ pub(super) type Span = Range<usize>;
 /// The top level of the file, or one block.
 #[derive(Debug, Default)]
 pub(super) struct Section {
-    pub(super) entries: Vec<Entry>,
+    pub(super) assignments: Vec<Assignment>,
     /// Whether it has a grid, even an empty or faulty one.
     pub(super) has_grid: bool,
     /// Its header.
@@ -18,14 +18,22 @@ pub(super) struct Section {
 
 /// A key and what it was given.
 #[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) id: Id,
+pub(super) struct Assignment {
+    /// The name of the key.
+    pub(super) name: &'static str,
     /// Dotted path as in the file, `block.grid.gamma`.
     pub(super) path: String,
     /// Of the value.
     pub(super) span: Span,
     pub(super) on_grid: bool,
     pub(super) given: Given,
+}
+
+impl Assignment {
+    /// Whether nothing was wrong with it.
+    pub(super) fn is_sound(&self) -> bool {
+        !matches!(self.given, Given::Broken)
+    }
 }
 
 /// What a key was given.
@@ -37,7 +45,7 @@ pub(super) enum Given {
     Axis(Vec<Item>),
     /// A text.
     Text(String),
-    /// Something faulty that was reported: the key must not be reported as missing as well.
+    /// Something faulty, which was reported; the key must not be reported as missing as well.
     Broken,
 }
 
@@ -49,23 +57,22 @@ pub(super) struct Item {
 }
 
 impl Section {
-    /// The entry of a key, a sound one rather than a broken one.
-    pub(super) fn get(&self, id: Id) -> Option<&Entry> {
-        let mut entries = self.entries.iter().filter(|entry| entry.id == id);
-        let sound = entries.clone().find(|entry| !matches!(entry.given, Given::Broken));
-        sound.or_else(|| entries.next())
+    /// The assignment of a key, a sound one rather than a broken one.
+    pub(super) fn get(&self, name: &str) -> Option<&Assignment> {
+        let mut all = self.assignments.iter().filter(|assignment| assignment.name == name);
+        all.clone().find(|assignment| assignment.is_sound()).or_else(|| all.next())
     }
 
-    /// The text of a key.
-    pub(super) fn text(&self, id: Id) -> Option<&str> {
-        match &self.get(id)?.given {
+    /// The text that a key was given.
+    pub(super) fn text(&self, name: &str) -> Option<&str> {
+        match &self.get(name)?.given {
             Given::Text(text) => Some(text),
             Given::Fixed(_) | Given::Axis(_) | Given::Broken => None,
         }
     }
 }
 
-/// What counts for one block: its own entries before those of the top level.
+/// What counts for one block: its own keys before those of the top level.
 #[derive(Clone, Copy)]
 pub(super) struct Inherited<'s> {
     pub(super) top: &'s Section,
@@ -74,11 +81,11 @@ pub(super) struct Inherited<'s> {
 }
 
 impl<'s> Inherited<'s> {
-    /// The entry that counts; a block's grid replaces that of the top level wholly.
-    pub(super) fn get(&self, id: Id) -> Option<&'s Entry> {
+    /// The assignment that counts; a block's grid replaces that of the top level wholly.
+    pub(super) fn get(&self, name: &str) -> Option<&'s Assignment> {
         let own_grid = self.own.is_some_and(|own| own.has_grid);
-        let inherited = || self.top.get(id).filter(|entry| !(entry.on_grid && own_grid));
-        self.own.and_then(|own| own.get(id)).or_else(inherited)
+        let inherited = || self.top.get(name).filter(|assignment| !(assignment.on_grid && own_grid));
+        self.own.and_then(|own| own.get(name)).or_else(inherited)
     }
 
     /// The section that speaks for this block alone.
@@ -89,12 +96,12 @@ impl<'s> Inherited<'s> {
     /// Where to point when something is missing.
     pub(super) fn header(&self) -> Span {
         let section = self.section();
-        section.get(Id::Name).map_or_else(|| section.span.clone(), |name| name.span.clone())
+        section.get("name").map_or_else(|| section.span.clone(), |name| name.span.clone())
     }
 
     /// The word of a choice like model or scene, if it is sound.
-    pub(super) fn word(&self, id: Id) -> Option<&'static str> {
-        match &self.get(id)?.given {
+    pub(super) fn word(&self, name: &str) -> Option<&'static str> {
+        match &self.get(name)?.given {
             Given::Fixed(Item { value: Value::Word(word), .. }) => Some(word),
             Given::Fixed(_) | Given::Axis(_) | Given::Text(_) | Given::Broken => None,
         }

@@ -4,14 +4,15 @@ use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
 use crate::campaign::file::Block;
 use crate::parameters::{Integrator, Model, Point};
 
-/// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it: used to turn a distance into
-/// a time.
-pub const FLOWING_SPEED: f64 = 0.7;
+/// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it. It turns a distance into a
+/// time.
+const FLOWING_SPEED: f64 = 0.7;
 
-/// How many times as long a step takes of a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at 0.01.
+/// How many times as long a step takes for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
+/// 0.01.
 const FOLDED: f64 = 1.5;
 
-/// How fast this machine is, one thread; by default unknown, which makes every estimate zero.
+/// How fast one thread of this machine is; by default unknown, which makes every estimate zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Speed {
     /// Nanoseconds per vertex and Verlet step of a deformable particle.
@@ -25,7 +26,7 @@ pub struct Speed {
 impl Speed {
     /// Expected CPU time of one run, in seconds: `T/dt` steps with `T = min(t_max, distance/(0.7 V_t))`, or `t_max` if
     /// no distance is set. Clogs end runs earlier.
-    pub fn expected_s(&self, point: &Point) -> f64 {
+    pub(crate) fn expected_s(&self, point: &Point) -> f64 {
         let way = point.limits.distance.map(|distance| distance / (FLOWING_SPEED * point.v_t));
         let steps = way.map_or(point.limits.t_max, |time| time.min(point.limits.t_max)) / point.stepping.dt;
         let ns_per_step = match &point.model {
@@ -69,7 +70,7 @@ impl Cost {
     }
 
     /// Mean CPU time of a job, in seconds; `None` without jobs.
-    pub fn mean_s(&self) -> Option<f64> {
+    pub(crate) fn mean_s(&self) -> Option<f64> {
         (self.jobs > 0).then(|| self.total_s / self.jobs as f64)
     }
 

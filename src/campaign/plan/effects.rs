@@ -1,8 +1,7 @@
 //! Which effects act in a block, which do not, and why: what `plan` tells before anything runs.
 
-use crate::campaign::file::interval::Short;
-use crate::campaign::plan::ends;
-use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact};
+use crate::campaign::plan::ends::Ends;
+use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact, list};
 use crate::physics::ring::forces::tension::is_linear;
 use crate::physics::simulate::stability::vertices_pile_up;
 use std::sync::Arc;
@@ -24,76 +23,65 @@ fn effect(name: &'static str, on: bool, why: impl Into<String>) -> Effect {
 
 /// The effects of points of one model.
 pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
-    let rings: Vec<&Deformable> = points
-        .iter()
-        .filter_map(|point| match &point.model {
-            Model::Deformable(ring) => Some(ring),
-            Model::Soft(_) => None,
-        })
-        .collect();
-    let span = |name: &str, value: fn(&Deformable) -> f64| {
-        format!("{name} = {}", Ends(ends(rings.iter().map(|ring| value(ring)))))
+    let ring = |point: &Arc<Point>| matches!(point.model, Model::Deformable(_));
+    let near_wall = match points.iter().any(|point| point.b0 > 0.0) {
+        true => effect("near_wall_drag", true, span(points, "b0")),
+        false => effect("near_wall_drag", false, "b0 = 0: no distance is computed"),
     };
-    let mut effects = if rings.is_empty() {
-        ["tension", "perimeter", "area"].map(|name| effect(name, false, "SP has no ring")).to_vec()
-    } else {
-        let stiff = rings.iter().filter(|ring| ring.kappa > 0.0).count();
-        let perimeter = match stiff {
-            0 => "kappa = 0".to_owned(),
-            all if all == rings.len() => span("kappa", |ring| ring.kappa),
-            some => format!("{} in {some} of {} points, else 0", span("kappa", |ring| ring.kappa), rings.len()),
-        };
-        let linear_spring = match rings.iter().filter(|ring| is_linear(ring)).count() {
-            0 => String::new(),
-            some => format!("; with the tension it makes one linear spring at {some} of {} points", rings.len()),
-        };
-        vec![
-            effect("tension", true, span("gamma", |ring| ring.gamma)),
-            effect("perimeter", stiff > 0, perimeter + &linear_spring),
-            effect("area", true, span("k_a", |ring| ring.k_a)),
-        ]
+    let [tension, perimeter, area, gravity, self_contact] = match points.iter().all(ring) {
+        true => of_rings(points),
+        false => of_no_ring(),
     };
-    let stiffness = points.iter().map(|point| match &point.model {
-        Model::Deformable(ring) => ring.e_w,
-        Model::Soft(soft) => soft.e_w,
-    });
-    let (with_drag, with_repulsion, hydrostatic) = (
-        points.iter().filter(|point| point.b0 > 0.0).count(),
-        rings.iter().filter(|ring| ring.self_contact == SelfContact::Auto).count(),
-        rings.iter().filter(|ring| ring.gravity == GravityForm::Centroid).count(),
-    );
-    let near_wall = match with_drag {
-        0 => "b0 = 0: no distance is computed".to_owned(),
-        _ => format!("b0 = {}", Ends(ends(points.iter().map(|point| point.b0)))),
-    };
-    let gravity = if hydrostatic > 0 { "as hydrostatic pressure, along +x" } else { "drives along +x" };
-    let piled = rings.iter().filter(|ring| vertices_pile_up(ring)).count();
-    let self_contact = match (rings.is_empty(), with_repulsion) {
-        (true, _) => "SP has no ring".to_owned(),
-        (_, 0) => "switched off".to_owned(),
-        _ if piled == 0 => "only where the ring folds back".to_owned(),
-        _ => format!(
-            "where the ring folds back, and where vertices pile up, the tension being too weak to hold them, at {piled} of {} \
-             points: kappa = 0.318 would keep edges even",
-            rings.len()
-        ),
-    };
-    effects.extend([
-        effect("gravity", true, gravity),
-        effect("contact", true, format!("e_w = {}", Ends(ends(stiffness)))),
-        effect("far_drag", true, format!("v_t = {}", Ends(ends(points.iter().map(|point| point.v_t))))),
-        effect("near_wall_drag", with_drag > 0, near_wall),
-        effect("self_contact", with_repulsion > 0, self_contact),
-    ]);
-    effects
+    let contact = effect("contact", true, span(points, "e_w"));
+    let far_drag = effect("far_drag", true, span(points, "v_t"));
+    vec![tension, perimeter, area, gravity, contact, far_drag, near_wall, self_contact]
 }
 
-/// Smallest and largest of some numbers, as `0.01 .. 10` or as one number.
-pub(super) struct Ends(pub(super) (f64, f64));
+/// The effects that a soft particle does not know, and its gravity.
+fn of_no_ring() -> [Effect; 5] {
+    let [tension, perimeter, area, self_contact] =
+        ["tension", "perimeter", "area", "self_contact"].map(|name| effect(name, false, "SP has no ring"));
+    [tension, perimeter, area, effect("gravity", true, "drives along +x"), self_contact]
+}
 
-impl std::fmt::Display for Ends {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (low, high) = self.0;
-        if low == high { write!(f, "{}", Short(low)) } else { write!(f, "{} .. {}", Short(low), Short(high)) }
+/// Tension, perimeter, area, gravity and self-contact of rings.
+fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
+    let count = |counts: fn(&Deformable) -> bool| {
+        let rings = points.iter().filter(|point| matches!(&point.model, Model::Deformable(ring) if counts(ring)));
+        rings.count()
+    };
+    let all = points.len();
+    let stiff = count(|ring| ring.kappa > 0.0);
+    let mut perimeter = match stiff {
+        0 => "kappa = 0".to_owned(),
+        some if some == all => span(points, "kappa"),
+        some => format!("{} in {some} of {all} points, else 0", span(points, "kappa")),
+    };
+    let linear = count(is_linear);
+    if linear > 0 {
+        perimeter += &format!("; with the tension it makes one linear spring at {linear} of {all} points");
     }
+    let hydrostatic = count(|ring| ring.gravity == GravityForm::Centroid) > 0;
+    let gravity = if hydrostatic { "as hydrostatic pressure, along +x" } else { "drives along +x" };
+    let repelled = count(|ring| ring.self_contact == SelfContact::Auto) > 0;
+    let self_contact = match (repelled, count(vertices_pile_up)) {
+        (false, _) => "switched off".to_owned(),
+        (true, 0) => "only where the ring folds back".to_owned(),
+        (true, piled) => format!(
+            "where the ring folds back, and where vertices pile up, the tension being too weak to hold them, at {piled} \
+             of {all} points: kappa = 0.318 would keep edges even",
+        ),
+    };
+    [
+        effect("tension", true, span(points, "gamma")),
+        effect("perimeter", stiff > 0, perimeter),
+        effect("area", true, span(points, "k_a")),
+        effect("gravity", true, gravity),
+        effect("self_contact", repelled, self_contact),
+    ]
+}
+
+/// `gamma = 0.3 .. 10`.
+fn span(points: &[Arc<Point>], name: &str) -> String {
+    format!("{name} = {}", Ends::of(points.iter().filter_map(|point| list::value(point, name)?.number())))
 }

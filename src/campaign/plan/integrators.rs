@@ -2,22 +2,10 @@
 
 use crate::campaign::choose::stepping::{candidates, choose, cost_per_t0, folds};
 use crate::campaign::file::Block;
-use crate::campaign::file::interval::cut_to_three_digits;
-use crate::campaign::plan::effects::Ends;
-use crate::campaign::plan::ends;
+use crate::campaign::plan::Chosen;
+use crate::campaign::plan::ends::Ends;
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
 use crate::physics::simulate::stability::StabilityLimit;
-
-/// Points that take the same integrator for the same reason.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Chosen {
-    /// The integrator.
-    pub integrator: &'static str,
-    /// How many points take it.
-    pub points: usize,
-    /// Why, in a few words.
-    pub why: String,
-}
 
 /// Why a point takes the integrator it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,9 +24,6 @@ enum Reason {
 
 /// The groups of a block, by the order of their first points.
 pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
-    if let Some(tolerance) = block.tolerance {
-        return crate::campaign::plan::tolerance::of(&block.points, tolerance);
-    }
     let mut groups: Vec<(Integrator, Reason, Vec<f64>)> = Vec::new();
     for (point, limit) in block.points.iter().zip(limits) {
         let integrator = point.stepping.integrator;
@@ -48,32 +33,34 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
             None => groups.push((integrator, reason, vec![saving])),
         }
     }
-    groups
-        .into_iter()
-        .map(|(integrator, reason, savings)| {
-            let (low, high) = ends(savings.iter().copied());
-            let times = Ends((cut_to_three_digits(low), cut_to_three_digits(high)));
-            let why = match (reason, integrator) {
-                (Reason::Asked, _) => "asked for".to_owned(),
-                (Reason::NoOther, _) => "the integrator of SP".to_owned(),
-                (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
-                (Reason::Folds, _) => {
-                    "droplets of so small a tension fold back on themselves, where implicit steps converge slowly"
-                        .to_owned()
-                }
-                (Reason::Cheaper(_), Integrator::Verlet) if low < 1.0 => {
-                    format!("implicit would cost {times} times as much, and is taken where it halves the cost")
-                }
-                (Reason::Cheaper(_), Integrator::Verlet) => {
-                    format!("the cheaper one: implicit would cost {times} times as much")
-                }
-                (Reason::Cheaper(term), Integrator::Implicit) => {
-                    format!("the cheaper one: verlet, its step bound by {term}, would cost {times} times as much")
-                }
-            };
-            Chosen { integrator: integrator.name(), points: savings.len(), why }
-        })
-        .collect()
+    let chosen = |(integrator, reason, savings): (Integrator, Reason, Vec<f64>)| Chosen {
+        integrator: integrator.name(),
+        points: savings.len(),
+        why: why(integrator, reason, Ends::of(savings.iter().copied())),
+    };
+    groups.into_iter().map(chosen).collect()
+}
+
+/// The reason in words; the other integrator would cost so many times as much.
+fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
+    let cut = times.cut();
+    match (reason, integrator) {
+        (Reason::Asked, _) => "asked for".to_owned(),
+        (Reason::NoOther, _) => "the integrator of SP".to_owned(),
+        (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
+        (Reason::Folds, _) => {
+            "droplets of so small a tension fold back on themselves, where implicit steps converge slowly".to_owned()
+        }
+        (Reason::Cheaper(_), Integrator::Verlet) if times.low < 1.0 => {
+            format!("implicit would cost {cut} times as much, and is taken where it halves the cost")
+        }
+        (Reason::Cheaper(_), Integrator::Verlet) => {
+            format!("the cheaper one: implicit would cost {cut} times as much")
+        }
+        (Reason::Cheaper(term), Integrator::Implicit) => {
+            format!("the cheaper one: verlet, its step bound by {term}, would cost {cut} times as much")
+        }
+    }
 }
 
 /// The reason of a point, and how many times as much the other integrator would cost.

@@ -1,10 +1,19 @@
-//! What a campaign still has to do: pure, from the campaign, what a store knows, and a measured speed.
+//! What a campaign still has to do: a pure function of the campaign, of what a store knows, and of a measured speed.
 //!
-//! Jobs are identified by content, so a job that two blocks name, or that an earlier and smaller campaign did, is
-//! planned once. The ids are sorted once and merged with the sorted ids of the store.
+//! Jobs are identified by content. So a job that two blocks name is planned once, and one that an earlier, smaller
+//! campaign did is not planned again. The ids of the campaign are sorted once and merged with the sorted ids of the
+//! store. Read [`plan`] first.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `cost` | what jobs are expected to cost |
+//! | `effects` | what acts on the droplets of a block |
+//! | `integrators`, `tolerance` | why points take their integrator: as the cheaper one, or for a tolerance |
+//! | `text`, `ends` | a plan as a physicist reads it |
 
 mod cost;
 mod effects;
+mod ends;
 mod integrators;
 mod text;
 mod tolerance;
@@ -12,9 +21,9 @@ mod tolerance;
 #[cfg(test)]
 mod tests;
 
-pub use cost::{Cost, FLOWING_SPEED, Speed};
+pub use cost::{Cost, Speed};
 pub use effects::Effect;
-pub use integrators::Chosen;
+pub use ends::Ends;
 
 use crate::campaign::file::{Block, Campaign};
 use crate::parameters::{Job, JobId, JobState, Point};
@@ -75,11 +84,16 @@ pub struct Counts {
     pub shared: u64,
 }
 
-impl Counts {
-    /// Jobs to run.
-    pub fn to_run(&self) -> u64 {
-        self.new + self.pending
-    }
+
+/// Points of a block that take the same integrator for the same reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chosen {
+    /// The integrator.
+    pub integrator: &'static str,
+    /// How many points take it.
+    pub points: usize,
+    /// Why, in a few words.
+    pub why: String,
 }
 
 /// What one block amounts to.
@@ -98,9 +112,9 @@ pub struct BlockPlan {
     /// Where its jobs stand.
     pub counts: Counts,
     /// Smallest and largest time step, in t0.
-    pub dt: (f64, f64),
+    pub dt: Ends,
     /// Smallest and largest stability limit of Verlet, in t0.
-    pub dt_limit: (f64, f64),
+    pub dt_limit: Ends,
     /// The stiffest force term at the smallest limit.
     pub stiffest: &'static str,
     /// Which integrator takes which points, and why.
@@ -111,66 +125,75 @@ pub struct BlockPlan {
     pub cost: Cost,
 }
 
-/// A job of the campaign, by the place of its point among the points of all blocks.
+/// A job of the campaign that may have to run.
 #[derive(Clone, Copy)]
-struct Entry {
+struct Candidate {
     id: JobId,
-    /// Of its expected cost among those of all points, the highest first.
+    /// Rank of its expected cost among those of all points, the highest first.
     rank: u32,
+    /// Place of its point among the points of all blocks.
     place: u32,
     seed: u64,
 }
 
 /// Plans a campaign against what a store knows.
+///
+/// ```
+/// use meniscus::campaign::file::Campaign;
+/// use meniscus::campaign::plan::{KnownJobs, Speed, plan};
+///
+/// let text = "name = 'c'\nmodel = 'SP'\nscene = 'plate'\nruns_per_point = 2\ngrid.e_w = [1.0, 2.0, 3.0]";
+/// let campaign = Campaign::parse("c.toml", text).unwrap();
+/// let plan = plan(&campaign, &KnownJobs::default(), &Speed::default());
+/// assert_eq!((plan.jobs.len(), plan.blocks[0].counts.new), (6, 6));
+/// ```
 pub fn plan(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     let blocks = &campaign.blocks;
     let places: Vec<(usize, usize)> =
         blocks.iter().enumerate().flat_map(|(b, block)| (0..block.points.len()).map(move |p| (b, p))).collect();
-    let mut counts = vec![Counts::default(); blocks.len()];
-    let block_of = |entry: &Entry| places[entry.place as usize].0;
-
+    let block_of = |candidate: &Candidate| places[candidate.place as usize].0;
     let expected: Vec<f64> = places.par_iter().map(|&(b, p)| speed.expected_s(&blocks[b].points[p])).collect();
-    let ranks = ranks(&expected);
 
-    let mut entries: Vec<Entry> = places
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(place, &(b, p))| {
-            let (block, rank, place) = (&blocks[b], ranks[place], place as u32);
-            let id = move |seed| JobId::new(block.point_ids[p], seed);
-            block.seeds.clone().map(move |seed| Entry { id: id(seed), rank, place, seed })
-        })
-        .collect();
-    entries.par_sort_unstable_by_key(|entry| (entry.id, entry.place));
-    entries.dedup_by(|later, first| {
+    let mut counts = vec![Counts::default(); blocks.len()];
+    let mut candidates = candidates(blocks, &places, &ranks(&expected));
+    candidates.dedup_by(|later, first| {
         let same = later.id == first.id;
         counts[block_of(later)].shared += u64::from(same);
         same
     });
-
     let mut states = known.0.iter().peekable();
-    entries.retain(|entry| {
-        while states.next_if(|(id, _)| *id < entry.id).is_some() {}
-        let state = states.next_if(|(id, _)| *id == entry.id).map(|(_, state)| *state);
-        tally(&mut counts[block_of(entry)], state)
+    candidates.retain(|candidate| {
+        while states.next_if(|(id, _)| *id < candidate.id).is_some() {}
+        let state = states.next_if(|(id, _)| *id == candidate.id).map(|(_, state)| *state);
+        tally(&mut counts[block_of(candidate)], state)
     });
 
     let mut costs: Vec<Cost> = blocks.iter().map(Cost::none_of).collect();
-    for entry in &entries {
-        costs[block_of(entry)].add(expected[entry.place as usize]);
+    for candidate in &candidates {
+        costs[block_of(candidate)].add(expected[candidate.place as usize]);
     }
-    entries.par_sort_unstable_by_key(|entry| (entry.rank, entry.seed, entry.place));
-    let jobs = entries
-        .par_iter()
-        .map(|&Entry { id, place, seed, .. }| {
-            let (b, p) = places[place as usize];
-            let job = Job { point: blocks[b].points[p].clone(), point_id: blocks[b].point_ids[p], seed };
-            PlannedJob { job, id, expected_s: expected[place as usize] }
-        })
-        .collect();
+    candidates.par_sort_unstable_by_key(|candidate| (candidate.rank, candidate.seed, candidate.place));
+    let planned = |&Candidate { id, place, seed, .. }: &Candidate| {
+        let (b, p) = places[place as usize];
+        let job = Job { point: blocks[b].points[p].clone(), point_id: blocks[b].point_ids[p], seed };
+        PlannedJob { job, id, expected_s: expected[place as usize] }
+    };
+    let jobs = candidates.par_iter().map(planned).collect();
     let blocks =
         blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost));
     Plan { campaign: campaign.name.clone(), blocks: blocks.collect(), jobs }
+}
+
+/// All jobs of all blocks, sorted by id, those of earlier blocks first.
+fn candidates(blocks: &[Block], places: &[(usize, usize)], ranks: &[u32]) -> Vec<Candidate> {
+    let of_point = |(place, &(b, p)): (usize, &(usize, usize))| {
+        let (block, rank, place) = (&blocks[b], ranks[place], place as u32);
+        let id = move |seed| JobId::new(block.point_ids[p], seed);
+        block.seeds.clone().map(move |seed| Candidate { id: id(seed), rank, place, seed })
+    };
+    let mut candidates: Vec<Candidate> = places.par_iter().enumerate().flat_map_iter(of_point).collect();
+    candidates.par_sort_unstable_by_key(|candidate| (candidate.id, candidate.place));
+    candidates
 }
 
 /// The rank of each cost, the highest first; equal costs share one.
@@ -209,16 +232,14 @@ fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
         points: block.points.len(),
         runs: block.seeds.end - block.seeds.start,
         counts,
-        dt: ends(block.points.iter().map(|point| point.stepping.dt)),
-        dt_limit: ends(limits.iter().map(|limit| limit.dt_max)),
+        dt: Ends::of(block.points.iter().map(|point| point.stepping.dt)),
+        dt_limit: Ends::of(limits.iter().map(|limit| limit.dt_max)),
         stiffest: tightest.terms.first()?.term,
-        integrators: integrators::of(block, &limits),
+        integrators: match block.tolerance {
+            Some(tolerance) => tolerance::of(&block.points, tolerance),
+            None => integrators::of(block, &limits),
+        },
         effects: effects::of(&block.points),
         cost,
     })
-}
-
-/// Smallest and largest.
-fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
 }

@@ -1,14 +1,12 @@
 //! A plan as a physicist reads it.
 
 use crate::campaign::durations::written_s;
-use crate::campaign::file::interval::cut_to_three_digits;
-use crate::campaign::plan::effects::Ends;
 use crate::campaign::plan::{BlockPlan, Cost, Plan};
 use std::fmt::{self, Write};
 
 impl Plan {
     /// What all jobs to run are expected to cost.
-    pub fn cost(&self) -> Option<Cost> {
+    pub(crate) fn cost(&self) -> Option<Cost> {
         self.blocks.iter().map(|block| block.cost).reduce(Cost::and)
     }
 
@@ -45,9 +43,7 @@ impl BlockPlan {
             self.model, self.scene, self.points, self.runs
         )?;
         writeln!(out, "  jobs     {}", self.counts_text())?;
-        let (dt, limit) = (self.dt, self.dt_limit);
-        let limit = Ends((cut_to_three_digits(limit.0), cut_to_three_digits(limit.1)));
-        let dt = Ends((cut_to_three_digits(dt.0), cut_to_three_digits(dt.1)));
+        let (dt, limit) = (self.dt.cut(), self.dt_limit.cut());
         writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
         for chosen in &self.integrators {
             let at = match chosen.points {

@@ -1,11 +1,9 @@
 //! Which setting a tolerance chose, why, and the time it saves.
 
 use crate::campaign::choose::tolerance::{Choice, table};
-use crate::campaign::file::interval::{Short, cut_to_three_digits};
-use crate::campaign::plan::effects::Ends;
-use crate::campaign::plan::ends;
-use crate::campaign::plan::integrators::Chosen;
-use crate::parameters::Point;
+use crate::campaign::plan::Chosen;
+use crate::campaign::plan::ends::Ends;
+use crate::parameters::{Point, Short};
 use std::sync::Arc;
 
 /// The step of a point, and the time it takes over that of the defaults.
@@ -30,18 +28,16 @@ pub(super) fn of(points: &[Arc<Point>], tolerance: f64) -> Vec<Chosen> {
 }
 
 fn why(choice: &Choice<'_>, seen: &[Seen], tolerance: f64) -> String {
-    let (setting, short) = (choice.setting, |values: (f64, f64)| {
-        Ends((cut_to_three_digits(values.0), cut_to_three_digits(values.1))).to_string()
-    });
-    let dt = short(ends(seen.iter().map(|seen| seen.0)));
-    let times = ends(seen.iter().filter_map(|seen| seen.1));
+    let setting = choice.setting;
+    let dt = Ends::of(seen.iter().map(|seen| seen.0)).cut();
     let against = match choice.default {
         Some(default) if default == setting => "; it is the default".to_owned(),
         Some(default) => {
-            let integrator = default.integrator.name();
+            let (times, integrator) =
+                (Ends::of(seen.iter().filter_map(|seen| seen.1)).cut(), default.integrator.name());
             format!(
-                "; it takes {} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} ({})",
-                short(times),
+                "; it takes {times} of the time of the default ({integrator}, n_vertices = 256), which is off by at most {} \
+                 ({})",
                 Short(default.error),
                 default.of
             )

@@ -5,10 +5,9 @@ mod sheet;
 pub(super) use sheet::BadFrames;
 
 use crate::campaign::durations::written;
-use crate::campaign::file::keys::{Id, KEYS};
 use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit};
-use crate::parameters::{Channel, Deformable, Model, Point, Scene};
+use crate::parameters::{Channel, Deformable, Model, PAPER_KAPPA, Point, Scene, list};
 use crate::report::calibration;
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::search::Ranges;
@@ -48,10 +47,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     v_t: f64,
     /// Rise of the wedges from the axis, in degrees
-    #[arg(long, default_value_t = 45.0)]
+    #[arg(long, default_value_t = default_of("angle"))]
     angle: f64,
     /// Radius of the rounded tips, in droplet diameters
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = default_of("tip_radius"))]
     tip_radius: f64,
     /// Where gamma is looked for
     #[arg(long, value_name = "FROM..TO", default_value = "0.1..5", value_parser = parse_range)]
@@ -60,22 +59,22 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FROM..TO", default_value = "0..0.3", value_parser = parse_range)]
     b0: RangeInclusive<f64>,
     /// Exponent of the near-wall drag
-    #[arg(long, default_value_t = 4.0 / 3.0)]
+    #[arg(long, default_value_t = default_of("alpha"))]
     alpha: f64,
     /// Vertices of the ring
-    #[arg(long, default_value_t = 256.0)]
+    #[arg(long, default_value_t = default_of("n_vertices"))]
     n_vertices: f64,
     /// Perimeter stiffness over line tension
-    #[arg(long, default_value_t = 1e-3)]
+    #[arg(long, default_value_t = PAPER_KAPPA)]
     kappa: f64,
     /// Area stiffness
-    #[arg(long, default_value_t = 1e4)]
+    #[arg(long, default_value_t = default_of("k_a"))]
     k_a: f64,
     /// Wall stiffness of the whole ring
     #[arg(long, default_value_t = 1e6)]
     e_w: f64,
     /// Vertex diameter: a droplet touches a wall at half of it, where the near-wall drag ends to grow
-    #[arg(long, default_value_t = std::f64::consts::PI / 256.0)]
+    #[arg(long, default_value_t = default_of("delta"))]
     delta: f64,
     /// Threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -122,29 +121,29 @@ impl Arguments {
 
     /// Refuses what a campaign file would refuse, in the same words.
     fn check(&self) -> Result<(), Box<dyn Error>> {
-        let ranges = [("gamma", Id::Gamma, &self.gamma), ("b0", Id::B0, &self.b0)];
-        let ends =
-            ranges.iter().flat_map(|(name, id, range)| [(*name, *id, *range.start()), (*name, *id, *range.end())]);
+        let ranges = [("gamma", &self.gamma), ("b0", &self.b0)];
+        let ends = ranges.iter().flat_map(|(name, range)| [(*name, *range.start()), (*name, *range.end())]);
         let values = [
-            ("w", Id::W, self.w),
-            ("v-t", Id::VT, self.v_t),
-            ("angle", Id::Angle, self.angle),
-            ("tip-radius", Id::TipRadius, self.tip_radius),
-            ("alpha", Id::Alpha, self.alpha),
-            ("n-vertices", Id::NVertices, self.n_vertices),
-            ("kappa", Id::Kappa, self.kappa),
-            ("k-a", Id::KA, self.k_a),
-            ("e-w", Id::EW, self.e_w),
-            ("delta", Id::Delta, self.delta),
+            ("w", self.w),
+            ("v_t", self.v_t),
+            ("angle", self.angle),
+            ("tip_radius", self.tip_radius),
+            ("alpha", self.alpha),
+            ("n_vertices", self.n_vertices),
+            ("kappa", self.kappa),
+            ("k_a", self.k_a),
+            ("e_w", self.e_w),
+            ("delta", self.delta),
         ];
         let mut wrong = Vec::new();
-        for (name, id, value) in values.into_iter().chain(ends) {
-            let key = KEYS.iter().find(|key| key.id == id).filter(|key| key.kind.accept(value).is_none());
+        for (name, value) in values.into_iter().chain(ends) {
+            let key = list::rows(name).next().filter(|key| key.domain.number(value).is_none());
+            let option = name.replace('_', "-");
             wrong.extend(
-                key.map(|key| format!("--{name} is {value}, but the {} must be {}", key.doc, key.kind.allowed())),
+                key.map(|key| format!("--{option} is {value}, but the {} must be {}", key.about, key.domain.allowed())),
             );
         }
-        for (name, _, range) in ranges.iter().filter(|(_, _, range)| !(range.start() < range.end())) {
+        for (name, range) in ranges.iter().filter(|(_, range)| !(range.start() < range.end())) {
             wrong.push(format!(
                 "--{name} goes from {} to {}; write the smaller end first, like 0.1..5",
                 range.start(),
@@ -185,6 +184,11 @@ impl Arguments {
             );
         }
     }
+}
+
+/// The number that a campaign file has by default.
+fn default_of(name: &str) -> f64 {
+    list::rows(name).find_map(|parameter| parameter.default?.number()).unwrap_or(f64::NAN)
 }
 
 fn frames_in(trials: &[Trial]) -> usize {

@@ -22,7 +22,7 @@ fn is_point(row: &Context<'_>) -> Option<bool> {
     let (id, spec): (String, String) = (row.get(0).ok()?, row.get(1).ok()?);
     let columns: Vec<Value> = (2..row.len()).map(|column| row.get(column)).collect::<rusqlite::Result<_>>().ok()?;
     let point = parse_point(&spec, &id).ok()?;
-    Some(PointId::of_canonical(&spec) == id.parse().ok()? && points::values(&point).as_slice() == columns)
+    Some(PointId::of_canonical(&spec) == id.parse().ok()? && points::values(&point) == columns)
 }
 
 /// Whether the id is the hash of point, seed and physics version; `None` if a value cannot be read.

@@ -167,7 +167,7 @@ pub(super) fn compute_again(conn: &Connection, job: i64) -> rusqlite::Result<()>
 }
 
 fn keys(conn: &Connection, rule: &Rule) -> rusqlite::Result<Vec<i64>> {
-    let sql = rule.find.replace("{parameters}", points::COLUMNS);
+    let sql = rule.find.replace("{parameters}", &points::names());
     conn.prepare(&sql)?.query_map([], |row| row.get(0))?.collect()
 }
 

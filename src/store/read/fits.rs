@@ -30,7 +30,7 @@ pub fn point_runs(conn: &Connection) -> Result<Vec<PointRuns>, StoreError> {
 }
 
 fn all_points(conn: &Connection) -> rusqlite::Result<Vec<(i64, String, String)>> {
-    let sql = format!("SELECT key, point_id, spec FROM points ORDER BY {}, point_id", points::COLUMNS);
+    let sql = format!("SELECT key, point_id, spec FROM points ORDER BY {}, point_id", points::names());
     let mut statement = conn.prepare(&sql)?;
     statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))?.collect()
 }

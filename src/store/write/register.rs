@@ -168,7 +168,7 @@ fn add_point(conn: &Connection, planned: &PlannedPoint<'_>) -> rusqlite::Result<
     let values = points::values(planned.point);
     let mut add = conn.prepare_cached(&format!(
         "INSERT INTO points (point_id, spec, {}) VALUES (?, ?{}) ON CONFLICT (point_id) DO NOTHING",
-        points::COLUMNS,
+        points::names(),
         ", ?".repeat(values.len())
     ))?;
     let identity = [planned.point_id.to_string().into(), planned.point.canonical().into()];

@@ -1,6 +1,6 @@
 //! One knob varied alone: its rungs from coarse to fine, their errors, and the order at which they fall.
 
-use crate::parameters::{Deformable, Model, Point};
+use crate::parameters::{Point, Value, list};
 use crate::study::accuracy::observable::Observable;
 use crate::study::accuracy::order::Order;
 use crate::study::accuracy::records::{Difference, PointRecords, scale};
@@ -55,21 +55,8 @@ impl Knob {
 
     /// Its value at a point.
     pub(crate) fn value(self, point: &Point) -> f64 {
-        let ring = |of: fn(&Deformable) -> f64| match &point.model {
-            Model::Deformable(ring) => of(ring),
-            Model::Soft(_) => f64::NAN,
-        };
-        match self {
-            Self::NVertices => ring(|ring| ring.n_vertices as f64),
-            Self::Dt | Self::Implicit => point.stepping.dt,
-            Self::Kappa => ring(|ring| ring.kappa),
-            Self::Eps => ring(|ring| ring.eps),
-            Self::EW => match &point.model {
-                Model::Deformable(ring) => ring.e_w,
-                Model::Soft(soft) => soft.e_w,
-            },
-            Self::EkThreshold => point.limits.ek_threshold,
-        }
+        let parameter = if self == Self::Implicit { "dt" } else { self.name() };
+        list::value(point, parameter).and_then(Value::number).unwrap_or(f64::NAN)
     }
 
     /// The number that falls to zero as the knob gets finer.

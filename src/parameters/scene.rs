@@ -48,8 +48,8 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Where a circle of this radius on the axis first touches the wedges: `h = -(R + r - (w/2 + r) cos a)/sin a` at angle a
-    /// and tip radius r; zero if it passes untouched.
+    /// Where a circle of radius R on the axis first touches the wedges: `h = -(R + r - (w/2 + r) cos a)/sin a` for the
+    /// angle a and the tip radius r; zero if the circle passes untouched.
     pub fn first_contact(&self, radius: f64) -> f64 {
         let (sin, cos) = libm::sincos(self.angle.to_radians());
         let r = self.tip_radius;

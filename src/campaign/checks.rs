@@ -1,12 +1,15 @@
-//! What several keys must satisfy together, at every grid point.
+//! What a grid point must satisfy, wherever it comes from: the range of every parameter, and what several parameters
+//! must satisfy together. Campaign files name the range of a key before they make points of it, so of theirs only the
+//! latter can be broken.
 
-use crate::campaign::choose::tolerance::{Refusal, table};
-use crate::campaign::file::interval::{Short, cut_to_three_digits};
-use crate::campaign::file::keys::Id;
-use crate::parameters::{Density, Integrator, Model, Point, Scene, Stepping};
+use crate::campaign::choose::tolerance::{Unmet, table};
+use crate::parameters::{
+    Density, Integrator, Model, PARAMETERS, Point, Scene, Short, Stepping, Value, cut_to_three_digits,
+};
 use crate::physics::simulate::stability::StabilityLimit;
 
-/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are dense.
+/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are
+/// dense.
 const LARGEST_BOX: f64 = 10_000.0;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
@@ -14,29 +17,52 @@ const SATURATION: f64 = 0.547;
 
 /// A condition that a grid point breaks.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Breach {
-    /// The key to blame.
-    pub(super) id: Id,
+pub(crate) struct Breach {
+    /// The parameter to blame.
+    pub(crate) key: &'static str,
     /// How far beyond the limit, as a ratio above 1.
-    pub(super) excess: f64,
-    pub(super) message: String,
-    pub(super) help: String,
+    pub(crate) excess: f64,
+    pub(crate) message: String,
+    pub(crate) help: String,
 }
 
-/// The conditions; each looks at one grid point.
-pub(super) const CHECKS: [fn(&Point, &StabilityLimit) -> Option<Breach>; 6] =
-    [stable, has_ring, room_for_all, fits_box, can_be_held, fits_start];
+/// All conditions that a point breaks; `limit` is that of the point.
+pub(crate) fn breaches(point: &Point, limit: &StabilityLimit) -> Vec<Breach> {
+    let together = [
+        stable(point, limit),
+        has_ring(point),
+        room_for_all(point),
+        fits_box(point),
+        can_be_held(point),
+        fits_start(point),
+    ];
+    out_of_range(point).chain(together.into_iter().flatten()).collect()
+}
+
+/// The parameters whose numbers lie outside of their ranges.
+fn out_of_range(point: &Point) -> impl Iterator<Item = Breach> {
+    PARAMETERS.iter().filter_map(|parameter| {
+        let Value::Number(number) = parameter.get(point)? else { return None };
+        let wrong = parameter.domain.number(number).is_none();
+        wrong.then(|| Breach {
+            key: parameter.name,
+            excess: f64::INFINITY,
+            message: format!("{} is out of range", Short(number)),
+            help: format!("{} must be {}", parameter.name, parameter.domain.allowed()),
+        })
+    })
+}
 
 /// `dt <= dt_max` of [`StabilityLimit`] for Verlet.
 fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
     let Stepping { integrator, dt } = point.stepping;
     let stiffest = limit.terms.first().filter(|_| integrator == Integrator::Verlet && dt > limit.dt_max)?;
     let way_out = match &point.model {
-        Model::Deformable(_) => " or integrator = \"implicit\", which knows no such limit",
+        Model::Deformable(_) => " or integrator = \"implicit\", which has no such limit",
         Model::Soft(_) => "",
     };
     Some(Breach {
-        id: Id::Dt,
+        key: "dt",
         excess: dt / limit.dt_max,
         message: format!(
             "a step of {} is above the stability limit {}, set mainly by {} (omega = {:.0})",
@@ -49,11 +75,11 @@ fn stable(point: &Point, limit: &StabilityLimit) -> Option<Breach> {
     })
 }
 
-/// A tolerance that some measured setting meets.
-pub(super) fn measured(point: &Point, tolerance: f64) -> Option<Breach> {
-    let breach = |excess, message, help| Some(Breach { id: Id::Tolerance, excess, message, help });
+/// What is wrong if no measured setting meets the tolerance at a point.
+pub(crate) fn unmet_tolerance(point: &Point, tolerance: f64) -> Option<Breach> {
+    let breach = |excess, message, help| Some(Breach { key: "tolerance", excess, message, help });
     match table().choose(tolerance, point).err()? {
-        Refusal::TooFine(kind, Some(finest)) => breach(
+        Unmet::TooFine(kind, Some(finest)) => breach(
             finest.error / tolerance,
             format!(
                 "the finest setting measured {} is off by {} ({}; n_vertices = {}, {})",
@@ -65,64 +91,65 @@ pub(super) fn measured(point: &Point, tolerance: f64) -> Option<Breach> {
             ),
             format!("write {} or more, or n_vertices, dt and integrator instead of `tolerance`", Short(finest.error)),
         ),
-        Refusal::NotMeasured | Refusal::TooFine(_, None) => breach(
+        Unmet::NotMeasured | Unmet::TooFine(_, None) => breach(
             f64::INFINITY,
             format!("no settings were measured in such a scene ({})", point.scene.name()),
-            "write n_vertices, dt and integrator instead of it; measured are arrays of obstacles, channels, and free flight"
+            "write n_vertices, dt and integrator instead of it; settings were measured in arrays of obstacles, in channels \
+             and in free flight"
                 .to_owned(),
         ),
     }
 }
 
-/// The implicit integrator is of the ring.
-fn has_ring(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+/// The implicit integrator moves rings alone.
+fn has_ring(point: &Point) -> Option<Breach> {
     let implicit = point.stepping.integrator == Integrator::Implicit;
     (implicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
-        id: Id::Integrator,
+        key: "integrator",
         excess: f64::INFINITY,
-        message: "the soft particle has no implicit integrator, and no need of one".to_owned(),
-        help: "leave it out here; a block may have a key of its own".to_owned(),
+        message: "the soft particle has no implicit integrator, and needs none".to_owned(),
+        help: "leave it out here, or give it in the blocks of model DP".to_owned(),
     })
 }
 
-/// Density below `n_max = 0.547/(pi D^2/4)`, where discs of diameter `D = sigma_ob + w_ob` jam.
-fn room_for_all(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+/// The density is below `n_max = 0.547/(pi D^2/4)`, where discs of diameter `D = sigma_ob + w_ob` jam.
+fn room_for_all(point: &Point) -> Option<Breach> {
     let Scene::Obstacles(field) = &point.scene else { return None };
     let Density::Number(density) = field.density else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let most = SATURATION / (std::f64::consts::FRAC_PI_4 * spacing * spacing);
     (density >= most).then(|| Breach {
-        id: Id::Density,
+        key: "density",
         excess: density / most,
         message: format!(
-            "no more than {} obstacles per sigma^2 find room, not {}",
-            Short(cut_to_three_digits(most)),
-            Short(density)
+            "{} obstacles per sigma^2 do not fit, at most {} do",
+            Short(density),
+            Short(cut_to_three_digits(most))
         ),
         help: "lower density, sigma_ob or w_ob; or write density = \"saturated\"".to_owned(),
     })
 }
 
 /// Two obstacles side by side fit the periodic box, so that none meets its own image.
-fn fits_box(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+fn fits_box(point: &Point) -> Option<Breach> {
     let Scene::Obstacles(field) = &point.scene else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let most = field.box_size / 2.0;
     (spacing > most).then(|| Breach {
-        id: Id::SigmaOb,
+        key: "sigma_ob",
         excess: spacing / most,
         message: format!("sigma_ob + w_ob = {} is more than half the box", Short(spacing)),
         help: format!("lower sigma_ob or w_ob, or raise box_size above {}", Short(2.0 * spacing)),
     })
 }
 
-/// The obstacles are not so many that memory ends.
-fn can_be_held(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+/// The obstacles are not too many for the memory.
+fn can_be_held(point: &Point) -> Option<Breach> {
     let Scene::Obstacles(field) = &point.scene else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let excess = field.box_size / (LARGEST_BOX * spacing);
     (excess > 1.0).then(|| Breach {
-        id: Id::SigmaOb,
+        key: "sigma_ob",
         excess,
         message: format!(
             "the box, {} wide, is more than {LARGEST_BOX} times sigma_ob + w_ob = {}",
@@ -134,7 +161,7 @@ fn can_be_held(point: &Point, _: &StabilityLimit) -> Option<Breach> {
 }
 
 /// The droplet touches no wall where it starts.
-fn fits_start(point: &Point, _: &StabilityLimit) -> Option<Breach> {
+fn fits_start(point: &Point) -> Option<Breach> {
     let radius = match &point.model {
         Model::Deformable(ring) => 0.5 * (1.0 + ring.delta),
         Model::Soft(_) => 0.5,
@@ -148,9 +175,26 @@ fn fits_start(point: &Point, _: &StabilityLimit) -> Option<Breach> {
         Scene::Obstacles(_) | Scene::Plate => return None,
     };
     (h_start > free).then(|| Breach {
-        id: Id::HStart,
+        key: "h_start",
         excess: free / h_start,
         message: format!("at h_start = {} the droplet, of diameter 1, would lie in the wall", Short(h_start)),
         help: format!("start below {}", Short(-(-1000.0 * free).ceil() / 1000.0)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Deformable, ObstacleField};
+
+    #[test]
+    fn a_point_of_any_origin_is_held_against_ranges_and_conditions() {
+        let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(3.0), box_size: 50.0 };
+        let mut point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Obstacles(field));
+        point.stepping.dt = 1e-4;
+        point.sample_every = f64::NAN;
+        point.b0 = -1.0;
+        let keys: Vec<_> = breaches(&point, &StabilityLimit::of(&point)).iter().map(|breach| breach.key).collect();
+        assert_eq!(keys, ["b0", "sample_every", "density"]);
+    }
 }

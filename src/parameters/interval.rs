@@ -1,5 +1,6 @@
 //! An interval of numbers that says in words what it contains.
 
+use crate::parameters::written::Short;
 use std::fmt;
 
 /// The numbers between two ends, each end in or out.
@@ -12,28 +13,28 @@ pub struct Interval {
 }
 
 /// All numbers above `low`.
-pub const fn above(low: f64) -> Interval {
+pub(crate) const fn above(low: f64) -> Interval {
     Interval { low, low_included: false, high: f64::INFINITY, high_included: false }
 }
 
 /// All numbers from `low` on.
-pub const fn at_least(low: f64) -> Interval {
+pub(crate) const fn at_least(low: f64) -> Interval {
     Interval { low, low_included: true, high: f64::INFINITY, high_included: false }
 }
 
 /// All numbers from `low` to `high`, both included.
-pub const fn between(low: f64, high: f64) -> Interval {
+pub(crate) const fn between(low: f64, high: f64) -> Interval {
     Interval { low, low_included: true, high, high_included: true }
 }
 
 impl Interval {
     /// The part of it up to and including `high`.
-    pub const fn up_to(self, high: f64) -> Self {
+    pub(crate) const fn up_to(self, high: f64) -> Self {
         Self { high, high_included: true, ..self }
     }
 
     /// The part of it below `high`.
-    pub const fn below(self, high: f64) -> Self {
+    pub(crate) const fn below(self, high: f64) -> Self {
         Self { high, high_included: false, ..self }
     }
 
@@ -59,27 +60,6 @@ impl fmt::Display for Interval {
     }
 }
 
-/// A number as people write it: `0.03`, `200`, but `2e5` and `1e-17`.
-pub struct Short(pub f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (plain, powers) = (format!("{}", self.0), format!("{:e}", self.0));
-        // Powers of ten where they save two characters at least.
-        f.pad(if powers.len() + 2 <= plain.len() { &powers } else { &plain })
-    }
-}
-
-/// The number cut to three significant digits, so that a limit shown is never above the true one.
-pub fn cut_to_three_digits(number: f64) -> f64 {
-    let near: f64 = format!("{number:.2e}").parse().expect("a formatted number reads back");
-    if near <= number {
-        return near;
-    }
-    let unit = libm::pow(10.0, libm::floor(libm::log10(number)) - 2.0);
-    format!("{:.2e}", near - unit).parse().expect("a formatted number reads back")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,17 +73,5 @@ mod tests {
         assert!(closed.contains(1e-3) && closed.contains(1e8));
         assert_eq!(closed.to_string(), "from 0.001 to 1e8");
         assert!(!at_least(0.0).contains(f64::INFINITY));
-    }
-
-    #[test]
-    fn numbers_are_written_as_people_write_them() {
-        let texts = [0.03, 256.0, 2e5, 1e-17, 1e4, 12345.0, 1e-3].map(|number| Short(number).to_string());
-        assert_eq!(texts, ["0.03", "256", "2e5", "1e-17", "1e4", "12345", "0.001"]);
-    }
-
-    #[test]
-    fn a_limit_shown_is_never_above_the_true_one() {
-        let cut = [6.0785e-4, 2.7858, 99.99, 0.5].map(cut_to_three_digits);
-        assert_eq!(cut, [6.07e-4, 2.78, 99.9, 0.5]);
     }
 }

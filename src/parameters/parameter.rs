@@ -1,0 +1,308 @@
+//! What one parameter is: its name and meaning, the values it may have, and where a [`Point`] keeps it.
+
+use crate::parameters::{Density, Interval, Point};
+
+/// A value of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A word, such as `verlet`, `saturated` or `none`.
+    Word(&'static str),
+}
+
+/// The values that a key may have.
+#[derive(Clone, Copy, Debug)]
+pub enum Domain {
+    /// Any text.
+    Text,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A number in the interval.
+    Number(Interval),
+    /// A number in the interval, or this word.
+    NumberOr(Interval, &'static str),
+    /// A whole number in the interval.
+    Whole(Interval),
+}
+
+/// Where a parameter means something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Applies {
+    /// Everywhere.
+    Always,
+    /// To this model.
+    Model(&'static str),
+    /// In this scene.
+    Scene(&'static str),
+}
+
+/// One parameter of a grid point; where its range or its meaning depends on model or scene, one row for each of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name: the key of campaign files, the column of `runs`, the word in captions and tables.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub about: &'static str,
+    /// Its unit; empty for words and pure numbers.
+    pub unit: &'static str,
+    /// Where it means something.
+    pub applies: Applies,
+    /// The values that campaign files may give it.
+    pub domain: Domain,
+    /// Its value in a campaign file that leaves it out; `None` if it must be given.
+    pub default: Option<Value>,
+    /// What the word `auto` stands for, in words; empty where a campaign has nothing to choose.
+    pub auto: &'static str,
+    /// The parameter that campaign files give by it in another form; a point keeps that one alone.
+    pub instead_of: Option<&'static str>,
+    /// Whether campaign files write it under `[limits]`, rather than at the top.
+    pub is_limit: bool,
+    /// Whether it is a column of `runs`.
+    pub is_column: bool,
+    /// Whether captions name it.
+    pub in_captions: bool,
+    /// Where a point keeps it.
+    pub(super) field: Field,
+}
+
+/// Reads a parameter from a point and writes it into one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Field {
+    pub(super) get: fn(&Point) -> Option<Value>,
+    pub(super) set: fn(&mut Point, Value),
+}
+
+/// A type of fields that parameters are kept in.
+pub(super) trait Held: Sized {
+    /// The field as a value.
+    fn value(&self) -> Value;
+
+    /// The field of that value; `None` if the type cannot hold it.
+    fn of(value: Value) -> Option<Self>;
+
+    /// Puts the value into the field, if the type can hold it.
+    fn put(&mut self, value: Value) {
+        if let Some(held) = Self::of(value) {
+            *self = held;
+        }
+    }
+}
+
+impl Held for f64 {
+    fn value(&self) -> Value {
+        Value::Number(*self)
+    }
+
+    fn of(value: Value) -> Option<Self> {
+        value.number()
+    }
+}
+
+impl Held for usize {
+    fn value(&self) -> Value {
+        Value::Number(*self as f64)
+    }
+
+    fn of(value: Value) -> Option<Self> {
+        value.number().map(|number| number as Self)
+    }
+}
+
+/// No number is the word `none`.
+impl Held for Option<f64> {
+    fn value(&self) -> Value {
+        self.map_or(Value::Word("none"), Value::Number)
+    }
+
+    fn of(value: Value) -> Option<Self> {
+        Some(value.number())
+    }
+}
+
+impl Held for Density {
+    fn value(&self) -> Value {
+        match self {
+            Self::Saturated => Value::Word("saturated"),
+            Self::Number(density) => Value::Number(*density),
+        }
+    }
+
+    fn of(value: Value) -> Option<Self> {
+        Some(value.number().map_or(Self::Saturated, Self::Number))
+    }
+}
+
+impl Value {
+    /// The number, if it is one.
+    pub fn number(self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(number),
+            Self::Word(_) => None,
+        }
+    }
+
+    /// The word, if it is one.
+    pub fn word(self) -> Option<&'static str> {
+        match self {
+            Self::Number(_) => None,
+            Self::Word(word) => Some(word),
+        }
+    }
+}
+
+impl Domain {
+    /// What is allowed, to follow "must be".
+    pub fn allowed(&self) -> String {
+        match self {
+            Self::Text => "a text in quotes".to_owned(),
+            Self::Choice(words) => alternatives(words),
+            Self::Number(interval) => format!("a number {interval}"),
+            Self::NumberOr(interval, word) => format!("a number {interval}, or \"{word}\""),
+            Self::Whole(interval) => format!("a whole number {interval}"),
+        }
+    }
+
+    /// The number, if it is allowed; minus zero becomes zero.
+    pub fn number(&self, number: f64) -> Option<f64> {
+        // Minus zero and zero are the same number, and must not give a job two identities.
+        let number = number + 0.0;
+        match self {
+            Self::Number(interval) | Self::NumberOr(interval, _) => interval.contains(number).then_some(number),
+            Self::Whole(interval) => (number == number.round() && interval.contains(number)).then_some(number),
+            Self::Text | Self::Choice(_) => None,
+        }
+    }
+
+    /// The words that are allowed.
+    pub fn words(&self) -> &[&'static str] {
+        match self {
+            Self::Choice(words) => words,
+            Self::NumberOr(_, word) => std::slice::from_ref(word),
+            Self::Text | Self::Number(_) | Self::Whole(_) => &[],
+        }
+    }
+
+    /// The word, if it is allowed.
+    pub fn word(&self, text: &str) -> Option<&'static str> {
+        self.words().iter().copied().find(|word| *word == text)
+    }
+}
+
+/// `"a", "b" or "c"`.
+fn alternatives(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [word] => format!("\"{word}\""),
+        [first, last] => format!("\"{first}\" or \"{last}\""),
+        [first, rest @ ..] => format!("\"{first}\", {}", alternatives(rest)),
+    }
+}
+
+impl Applies {
+    /// Whether that is so for this model and scene.
+    pub fn to(self, model: &str, scene: &str) -> bool {
+        match self {
+            Self::Always => true,
+            Self::Model(name) => name == model,
+            Self::Scene(name) => name == scene,
+        }
+    }
+}
+
+impl Parameter {
+    /// Whether the value leaves the choice to the campaign.
+    pub(crate) fn is_open(&self, value: Value) -> bool {
+        !self.auto.is_empty() && value == Value::Word("auto")
+    }
+
+    /// Its value at a point; `None` where it means nothing.
+    pub fn get(&self, point: &Point) -> Option<Value> {
+        (self.field.get)(point)
+    }
+
+    /// Writes it into a point; nothing happens where it means nothing, or if the point cannot hold such a value.
+    pub fn set(&self, point: &mut Point, value: Value) {
+        (self.field.set)(point, value);
+    }
+}
+
+/// A parameter that is required; what follows it in the list says the rest.
+pub(super) const fn parameter(name: &'static str, about: &'static str, field: Field) -> Parameter {
+    Parameter {
+        name,
+        about,
+        unit: "",
+        applies: Applies::Always,
+        domain: Domain::Text,
+        default: None,
+        auto: "",
+        instead_of: None,
+        is_limit: false,
+        is_column: false,
+        in_captions: false,
+        field,
+    }
+}
+
+/// How the rows of the list are written.
+impl Parameter {
+    pub(super) const fn of(self, applies: Applies) -> Self {
+        Self { applies, ..self }
+    }
+
+    pub(super) const fn number(self, interval: Interval) -> Self {
+        Self { domain: Domain::Number(interval), ..self }
+    }
+
+    pub(super) const fn number_or(self, word: &'static str, interval: Interval) -> Self {
+        Self { domain: Domain::NumberOr(interval, word), ..self }
+    }
+
+    pub(super) const fn whole(self, interval: Interval) -> Self {
+        Self { domain: Domain::Whole(interval), ..self }
+    }
+
+    /// One of these words, the first by default.
+    pub(super) const fn choice(self, words: &'static [&'static str]) -> Self {
+        Self { domain: Domain::Choice(words), default: Some(Value::Word(words[0])), ..self }
+    }
+
+    pub(super) const fn required(self) -> Self {
+        Self { default: None, ..self }
+    }
+
+    pub(super) const fn default(self, number: f64) -> Self {
+        Self { default: Some(Value::Number(number)), ..self }
+    }
+
+    pub(super) const fn default_to(self, word: &'static str) -> Self {
+        Self { default: Some(Value::Word(word)), ..self }
+    }
+
+    /// The word `auto` is the default, and stands for this.
+    pub(super) const fn auto(self, meaning: &'static str) -> Self {
+        Self { auto: meaning, ..self }.default_to("auto")
+    }
+
+    pub(super) const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// Another form of this parameter.
+    pub(super) const fn instead_of(self, name: &'static str) -> Self {
+        Self { instead_of: Some(name), ..self }
+    }
+
+    pub(super) const fn limit(self) -> Self {
+        Self { is_limit: true, ..self }
+    }
+
+    pub(super) const fn column(self) -> Self {
+        Self { is_column: true, ..self }
+    }
+
+    pub(super) const fn caption(self) -> Self {
+        Self { in_captions: true, ..self }
+    }
+}
