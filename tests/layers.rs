@@ -2,6 +2,7 @@
 //!
 //! The test reads the `use` lines and the paths of the sources as text. Documentation, comments, strings and inline test modules do
 //! not count: a test may look at anything.
+#![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

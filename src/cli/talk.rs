@@ -1,7 +1,7 @@
 //! What the program says: data to stdout or to a file, everything else to stderr.
 
 use crate::campaign::file::CampaignErrors;
-use crate::cli::calibrate::BadFrames;
+use crate::study::calibrate::frames::BadFrames;
 use std::error::Error;
 use std::io::{IsTerminal, Write};
 use std::path::Path;

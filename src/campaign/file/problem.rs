@@ -178,12 +178,6 @@ impl<'t> Problems<'t> {
         self.list.push_mut(Problem { line, column, key: None, message, help, span: start..end })
     }
 
-    /// [`Problems::note`] with all parts at once.
-    pub(crate) fn add(&mut self, span: Range<usize>, key: Option<String>, message: String, help: Option<String>) {
-        let problem = self.note(&span, Mistake { message, help });
-        problem.key = key;
-    }
-
     pub(crate) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }

@@ -84,7 +84,6 @@ pub struct Counts {
     pub shared: u64,
 }
 
-
 /// Points of a block that take the same integrator for the same reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chosen {

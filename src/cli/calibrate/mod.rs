@@ -2,8 +2,6 @@
 
 mod sheet;
 
-pub(super) use sheet::BadFrames;
-
 use crate::campaign::durations::written;
 use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit};

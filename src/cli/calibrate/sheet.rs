@@ -3,7 +3,7 @@
 use crate::report::profile_plot::{self, TrialPlot};
 use crate::report::raster;
 use crate::study::calibrate::TrialFit;
-use crate::study::calibrate::frames::{self, FramesError, Trial};
+use crate::study::calibrate::frames::{self, BadFrames, FramesError, Trial};
 use std::collections::HashSet;
 use std::error::Error;
 use std::io::Write;
@@ -21,25 +21,6 @@ pub(super) struct Sheet {
     pub(super) svg: PathBuf,
     png: PathBuf,
 }
-
-/// All files of frames that could not be read.
-#[derive(Debug)]
-pub(crate) struct BadFrames(Vec<FramesError>);
-
-impl BadFrames {
-    /// The whole message, in colour if asked.
-    pub(crate) fn render(&self, colour: bool) -> String {
-        self.0.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
-    }
-}
-
-impl std::fmt::Display for BadFrames {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.render(false))
-    }
-}
-
-impl Error for BadFrames {}
 
 /// Reads all files, and finds out whether their fits can be written before anything is computed.
 pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {

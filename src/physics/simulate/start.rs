@@ -1,6 +1,6 @@
 //! Settles the effects of a job, once, and puts its droplet in place.
 
-use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, Point, Scene, Soft};
+use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, Scene, Soft};
 use crate::physics::motion::guard::GuardedMotion;
 use crate::physics::motion::implicit::ImplicitMotion;
 use crate::physics::motion::placing::{Placing, Site};
@@ -13,7 +13,7 @@ use crate::physics::ring::forces::contact::Contact;
 use crate::physics::ring::forces::drag::Drag;
 use crate::physics::ring::forces::gravity::Gravity;
 use crate::physics::ring::forces::hydrostatic::Hydrostatic;
-use crate::physics::ring::forces::near_wall_drag::{NearWallDrag, PAPER_ALPHA};
+use crate::physics::ring::forces::near_wall_drag::NearWallDrag;
 use crate::physics::ring::forces::self_contact::SelfContact;
 use crate::physics::ring::forces::self_contact::apart::Apart;
 use crate::physics::simulate::Context;

@@ -11,6 +11,7 @@
 //! Example: at `b0/b_inf = 0.4`, one diameter away from the nearest wall, a vertex is damped at 1.4/V_t.
 
 use crate::on_instruction_set;
+use crate::parameters::PAPER_ALPHA;
 use crate::physics::ring::Ring;
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
@@ -20,9 +21,6 @@ use crate::physics::walls::wall::{ObstacleQueries, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// The exponent of the paper.
-pub(crate) const PAPER_ALPHA: f64 = 4.0 / 3.0;
 
 /// Walls are looked for up to this distance, in sigma. Beyond it they would raise the drag by less than 1e-5 b0.
 const FARTHEST: f64 = 1e4;

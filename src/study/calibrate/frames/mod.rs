@@ -82,6 +82,25 @@ pub enum FramesError {
     Invalid(Box<Invalid>),
 }
 
+/// All files of frames that could not be read.
+#[derive(Debug)]
+pub(crate) struct BadFrames(pub(crate) Vec<FramesError>);
+
+impl BadFrames {
+    /// The whole message, in colour if asked.
+    pub(crate) fn render(&self, colour: bool) -> String {
+        self.0.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
+    }
+}
+
+impl std::fmt::Display for BadFrames {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for BadFrames {}
+
 impl FramesError {
     /// The whole message with source lines, in colour if asked.
     pub(crate) fn render(&self, colour: bool) -> String {

@@ -21,7 +21,10 @@ struct Reading<'t, 'p> {
 impl Reading<'_, '_> {
     /// Notes a mistake.
     fn wrong(&mut self, at: Range<usize>, column: Option<&str>, message: impl Into<String>, help: &str) {
-        self.problems.add(at, column.map(str::to_owned), message.into(), Some(help.to_owned()));
+        let problem = self.problems.note(&at, message.into()).help(help);
+        if let Some(column) = column {
+            problem.key(column);
+        }
     }
 
     /// Reads the header, then frame by frame.
