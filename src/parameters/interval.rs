@@ -3,7 +3,7 @@
 use crate::parameters::written::Short;
 use std::fmt;
 
-/// The numbers between two ends, each end in or out.
+/// The numbers between two ends, each of which belongs to the interval or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     low: f64,
@@ -28,12 +28,12 @@ pub(crate) const fn between(low: f64, high: f64) -> Interval {
 }
 
 impl Interval {
-    /// The part of it up to and including `high`.
+    /// The same interval, but only up to and including `high`.
     pub(crate) const fn up_to(self, high: f64) -> Self {
         Self { high, high_included: true, ..self }
     }
 
-    /// The part of it below `high`.
+    /// The same interval, but only below `high`.
     pub(crate) const fn below(self, high: f64) -> Self {
         Self { high, high_included: false, ..self }
     }

@@ -1,12 +1,12 @@
-//! Which effects act in a block, which do not, and why: what `plan` tells before anything runs.
+//! Which effects act in a block, which do not, and why, as `plan` shows them before anything runs.
 
-use crate::campaign::plan::ends::Ends;
+use crate::campaign::plan::text::Ends;
 use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact, list};
 use crate::physics::ring::forces::tension::is_linear;
 use crate::physics::simulate::stability::vertices_pile_up;
 use std::sync::Arc;
 
-/// One effect, on or off.
+/// One effect on the droplets of a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Effect {
     /// Its name.
@@ -37,7 +37,7 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
     vec![tension, perimeter, area, gravity, contact, far_drag, near_wall, self_contact]
 }
 
-/// The effects that a soft particle does not know, and its gravity.
+/// The same five effects for a soft particle, which has only gravity.
 fn of_no_ring() -> [Effect; 5] {
     let [tension, perimeter, area, self_contact] =
         ["tension", "perimeter", "area", "self_contact"].map(|name| effect(name, false, "SP has no ring"));
