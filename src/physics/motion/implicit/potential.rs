@@ -1,13 +1,13 @@
 //! The potential that one implicit step minimises, and its derivatives.
 //!
-//! The displacements d that the step looks for minimise the incremental potential
+//! The displacements d of a step minimise the incremental potential
 //!
 //! ```text
 //! Phi(d) = sum_i (w_i/2) |d_i - d*_i|^2 + U(x + d)
 //! ```
 //!
-//! with weights `w_i` of inertia and drag and free displacements `d*` that the time scheme sets. Its gradient is `Phi'
-//! = w (d - d*) - F`. Its second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
+//! The time scheme sets the weights `w_i` of inertia and drag and the free displacements `d*`. The gradient is `Phi' =
+//! w (d - d*) - F`. The second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
 //! which is kept apart because it couples all vertices.
 
 use crate::on_instruction_set;
@@ -21,7 +21,7 @@ use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Phi, and its derivatives where they were last evaluated.
+/// Phi and its last evaluated derivatives.
 #[derive(Debug)]
 pub(super) struct Potential {
     instruction_set: InstructionSet,
@@ -56,7 +56,7 @@ impl Potential {
         }
     }
 
-    /// Phi' and the gradient of the area at the present positions, `displacement` away from the start of the step.
+    /// Evaluates Phi' and the gradient of the area at the present positions, which `displacement` led to.
     pub(super) fn evaluate(&mut self, displacement: &Field, ring: &mut Ring, effects: &RingEffects) {
         let area = edge_pass(self.instruction_set, ring, effects.edge_law());
         let forces = effects.forces(area, effects.push(ring));
@@ -108,7 +108,7 @@ impl Potential {
         }
     }
 
-    /// Fills the matrix `w + U''` at the positions where Phi' was last evaluated.
+    /// Fills the matrix `w + U''`, at the positions at which Phi' was last evaluated.
     pub(super) fn assemble(&mut self, ring: &Ring, effects: &RingEffects, parts: Parts) {
         let law = effects.edge_law();
         on_instruction_set!(self.instruction_set, simd => {
@@ -150,7 +150,7 @@ impl Potential {
         }
     }
 
-    /// Weights, edges and the pressure, `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
+    /// Adds up weights, edges and the pressure: `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
     #[inline(always)]
     fn assemble_vertices<S: Instructions>(&mut self, simd: S, n: usize, parts: Parts) {
         let [along_xx, along_xy, along_yy] = self.edge_stiffness.each_ref().map(|edges| &edges[..]);

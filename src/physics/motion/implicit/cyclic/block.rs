@@ -10,9 +10,9 @@ pub(super) trait Number:
 {
     /// `1/x`.
     fn inverse(self) -> Self;
-    /// `x b + c`, for eight numbers rounded only once.
+    /// `x b + c`; for eight numbers it is rounded only once.
     fn times(self, b: Self, c: Self) -> Self;
-    /// Whether it is positive, or each of the eight.
+    /// Whether the number, or each of the eight, is positive.
     fn is_positive(self) -> bool;
 }
 
@@ -22,7 +22,7 @@ impl Number for f64 {
         1.0 / self
     }
 
-    // Not `mul_add`: without an instruction for it, that is a slow call.
+    // Not `mul_add`, which is a slow call on machines without the instruction.
     #[inline(always)]
     fn times(self, b: Self, c: Self) -> Self {
         self * b + c
@@ -51,7 +51,7 @@ impl<S: Instructions> Number for f64x8<S> {
     }
 }
 
-/// A 2 x 2 block by rows.
+/// A 2 x 2 block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Block<T> {
     pub(super) xx: T,
@@ -66,7 +66,7 @@ impl<T: Number> Block<T> {
         Self { xy: self.yx, yx: self.xy, ..self }
     }
 
-    /// Less the product `a b`.
+    /// `self - a b`.
     #[inline(always)]
     pub(super) fn less(self, a: Self, b: Self) -> Self {
         let a = -a;
@@ -125,7 +125,7 @@ pub(super) struct Pivot<T> {
 }
 
 impl<T: Number> Pivot<T> {
-    /// Less the product `a b`, which must be symmetric.
+    /// `self - a b` for a symmetric product.
     #[inline(always)]
     pub(super) fn less(self, a: Block<T>, b: Block<T>) -> Self {
         let a = -a;

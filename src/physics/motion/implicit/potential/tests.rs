@@ -1,4 +1,4 @@
-//! Second derivatives against central differences of the gradient, term by term.
+//! Compares second derivatives with central differences of the gradient, term by term.
 
 use super::*;
 use crate::parameters::{ContactKind, MASS, regular_edge};
@@ -26,7 +26,7 @@ fn no_walls() -> Box<dyn WallContact> {
     contact(ObstacleArray::from_centres(40.0, 0.15, &[], &[]), ContactKind::Edge, 0.0, DELTA)
 }
 
-/// A ring bent out of shape around `centre`, on no symmetry.
+/// A deformed ring around `centre` without any symmetry.
 fn bent(centre: [f64; 2]) -> Ring {
     let mut ring = Ring::regular(N, [0.0, 0.0], 0.5);
     for i in 0..N {
@@ -62,7 +62,6 @@ fn times(a: &Stiffness, [vx, vy]: [&[f64]; 2]) -> [Vec<f64>; 2] {
     [x, y]
 }
 
-/// Sum of the products of a field with a direction.
 fn along(field: &Field, [vx, vy]: [&[f64]; 2]) -> f64 {
     (0..N).map(|i| field.x[i] * vx[i] + field.y[i] * vy[i]).sum()
 }
@@ -75,8 +74,8 @@ fn derivatives(effects: &RingEffects, ring: &Ring) -> (Field, Stiffness, Field) 
     (potential.gradient, potential.stiffness, potential.area_gradient)
 }
 
-/// Compares the second derivatives with central differences of step `h` along 20 directions, to `tolerance` of the
-/// largest. `more` adds to the product of matrix and direction what is kept apart from the matrix.
+/// Compares along 20 directions, with differences of step `h`, to `tolerance` times the largest value. `more` adds to
+/// the product of matrix and direction the terms that are kept apart from the matrix.
 fn check(
     effects: &RingEffects,
     ring: &Ring,
@@ -148,7 +147,7 @@ fn area_elasticity_has_the_second_derivatives_it_states() {
 
 #[test]
 fn contact_has_the_second_derivatives_it_states_for_every_shape_and_form() {
-    // Wide capsules overlap by much, so that the turning of the normals counts.
+    // A large delta gives deep overlaps, at which the turning of the normals matters.
     fn touching<W: Walls>(walls: impl Fn() -> W, ring: &Ring) {
         for kind in [ContactKind::Edge, ContactKind::Vertex] {
             check_stiffness(EdgeTension::NONE, NO_AREA, contact(walls(), kind, 10.0, 0.1), ring);
@@ -182,7 +181,7 @@ fn hydrostatic_gravity_has_the_second_derivatives_it_states_but_for_changes_of_t
     };
     effects.walls.moved(f64::INFINITY, &ring);
     let (area, _) = ring.area_and_perimeter();
-    // The whole is the matrix less (g grad a^T + grad a g^T)/a, g the gradient of the energy.
+    // The full second derivative is the matrix minus (g grad a^T + grad a g^T)/a, with g the gradient of the energy.
     check(&effects, &ring, 1e-6, 1e-6, |g, a, v, [ax, ay]| {
         let (of_g, of_a) = (along(g, v), along(a, v));
         for i in 0..N {
