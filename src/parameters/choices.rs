@@ -44,7 +44,6 @@ macro_rules! choice {
         }
     };
 }
-pub(super) use choice;
 
 choice!(
     /// What the wall stiffness E_w means.

@@ -1,4 +1,4 @@
-//! Settles the effects of a job, once, and puts its droplet in place.
+//! Decides which effects a job has, and puts its droplet at its start.
 
 use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, Scene, Soft};
 use crate::physics::motion::guard::GuardedMotion;
@@ -23,11 +23,11 @@ use crate::physics::walls::wall::Walls;
 use crate::physics::walls::wedge::ChannelWalls;
 use std::sync::Arc;
 
-/// The droplet of a job: in the state `from`, or in place and at rest, gravity just switched on. `None` if the state is
-/// not one of this job.
+/// The droplet of a job: in the state `from`, or at its start and at rest, with gravity just switched on. `None` if the
+/// state does not belong to this job.
 ///
 /// # Errors
-/// [`Interruption::Stopped`] before the droplet was in place, or a failure of the array or of putting it in place.
+/// [`Interruption::Stopped`] before the droplet was at its start; a failure to make the array or to place the droplet.
 pub(super) fn start(
     job: &Job,
     context: Context<'_>,
@@ -52,7 +52,7 @@ pub(super) fn start(
     }
 }
 
-/// A grid point, the walls of its scene, and where and how its droplet starts.
+/// What a droplet needs to start.
 struct Start<'a, W: Walls> {
     point: &'a Point,
     walls: Arc<W>,
@@ -109,7 +109,7 @@ impl<W: Walls> Start<'_, W> {
         Placing { site: self.site, stepping: &self.point.stepping, instruction_set, stop }
     }
 
-    /// The ring in its place, where gravity does not act yet.
+    /// The ring at its start, without gravity.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
         self.placing().ring(ring, self.weightless(ring))
     }
@@ -124,7 +124,7 @@ impl<W: Walls> Start<'_, W> {
         effects
     }
 
-    /// Its elasticity, the walls, and its contact with itself.
+    /// Elasticity, walls, and self-contact.
     fn weightless(&self, ring: &Deformable) -> RingEffects {
         let (n, k_w, delta, instruction_set) = (ring.n_vertices, ring.k_w(), ring.delta, self.context.instruction_set);
         let contact = Contact::new(self.walls.clone(), ring.contact, n, k_w, delta, instruction_set);
