@@ -1,6 +1,5 @@
-//! The obstacle arrays that the jobs of a campaign share. Each is made once, and kept while a job still needs it.
-//!
-//! Jobs announce themselves before the first of them starts. Each gets its array when it starts, and releases it at its end.
+//! The obstacle arrays that jobs share. Each is made once, and kept while a job still needs it: jobs announce themselves
+//! before the first of them starts, get their array when they start, and release it at their end.
 
 use crate::parameters::{Job, ObstacleField, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
@@ -34,18 +33,18 @@ impl ArrayLibrary {
         self.lock().entry(key).or_default().jobs_left += 1;
     }
 
-    /// The array of `field` for the job, made by whoever asks first. The discs of saturated ones are placed later,
-    /// where droplets look.
+    /// The array of `field` for the job, made when the first job asks. The discs of saturated arrays are placed later,
+    /// where droplets come.
     ///
     /// # Errors
     /// Those of [`ObstacleArray::generate`].
     pub(crate) fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
         let slot = key_of(job).map_or_else(Slot::default, |key| self.lock().entry(key).or_default().slot.clone());
-        // Generated outside the lock, so that others wait only for this array.
+        // Generated outside the lock, so that jobs wait only for their own array.
         slot.get_or_init(|| ObstacleArray::generate(field, job.seed).map(Arc::new)).clone()
     }
 
-    /// Lets go of the job's array; the last job to do so frees it.
+    /// Releases the array of the job; the last job frees it.
     pub(crate) fn release(&self, job: &Job) {
         let Some(key) = key_of(job) else { return };
         let mut entries = self.lock();
@@ -57,7 +56,7 @@ impl ArrayLibrary {
         }
     }
 
-    /// The map. A panic of another thread cannot leave it half changed, because every change is one statement.
+    /// The map. A panic of another thread cannot leave it inconsistent, because every change is one statement.
     fn lock(&self) -> MutexGuard<'_, HashMap<ArrayKey, Entry>> {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }

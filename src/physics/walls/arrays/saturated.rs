@@ -1,7 +1,7 @@
-//! A box of discs that has no room for another, worked out tile by tile when someone looks there.
+//! A saturated box of discs, computed tile by tile where it is read.
 //!
-//! A settled tile is read without a lock. To settle one, a thread takes the lock on [`Growth`], because working out a
-//! tile needs darts beyond its border; others that look for a tile that is not settled wait.
+//! A settled tile is read without a lock. To settle a tile, a thread locks [`Growth`], because that needs darts beyond
+//! the border of the tile. Threads that need another tile that is not settled wait.
 
 use crate::parameters::ObstacleField;
 use crate::physics::walls::arrays::board::Board;
@@ -16,7 +16,7 @@ pub(super) struct Saturated {
     /// Tiles along a side.
     across: usize,
     tiles: Box<[OnceLock<Arc<Tile>>]>,
-    /// What works out the tiles, one at a time.
+    /// Computes the tiles, one at a time.
     growth: Mutex<Growth>,
 }
 
@@ -28,7 +28,7 @@ impl Saturated {
         Self { cells, across, tiles, growth: Mutex::new(growth) }
     }
 
-    /// Cells along a side; none has more than one disc.
+    /// Cells along a side; each has at most one disc.
     pub(super) fn cells(&self) -> usize {
         self.cells
     }
@@ -40,12 +40,12 @@ impl Saturated {
         tile.disc(column % TILE, row % TILE).map(|at| ((row * self.cells + column) as u32, at))
     }
 
-    /// Number of discs. Works out the whole box.
+    /// Number of discs; computes the whole box.
     pub(super) fn len(&self) -> usize {
         (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
     }
 
-    /// Memory in bytes that the settled tiles take.
+    /// Memory of the settled tiles in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
     }
