@@ -2,8 +2,7 @@
 
 use crate::campaign::choose::stepping::{candidates, choose, cost_per_t0, folds};
 use crate::campaign::file::Block;
-use crate::campaign::plan::Chosen;
-use crate::campaign::plan::text::Ends;
+use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
 use crate::physics::simulate::stability::StabilityLimit;
 

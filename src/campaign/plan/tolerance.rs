@@ -1,8 +1,7 @@
 //! Which setting a tolerance chose, and what it costs compared with the default.
 
 use crate::campaign::choose::tolerance::{Choice, table};
-use crate::campaign::plan::Chosen;
-use crate::campaign::plan::text::Ends;
+use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Point, Short};
 use std::sync::Arc;
 

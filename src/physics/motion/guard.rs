@@ -7,13 +7,10 @@
 //! Without a refusal the guard changes no bit. With refusals, too, the trajectory depends on its job only, because the
 //! stretches are fixed by the job.
 
-use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState, verlet::VerletMotion};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};

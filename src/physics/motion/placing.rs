@@ -5,14 +5,11 @@
 //! integrator, step and wall stiffness of the job.
 
 use crate::parameters::{Deformable, Integrator, MASS, Stepping};
-use crate::physics::motion::implicit::ImplicitMotion;
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion};
+use crate::physics::motion::{Interruption, Motion, implicit::ImplicitMotion, verlet::VerletMotion};
 use crate::physics::observation::Observation;
 use crate::physics::point::{SoftEffects, SoftMotion};
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::forces::drag::Drag;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::obstacles::SEARCH_RADIUS;
 use crate::physics::walls::wall::Walls;

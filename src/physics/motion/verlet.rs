@@ -19,9 +19,8 @@
 
 use crate::physics::motion::{Interruption, in_pieces};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::passes::{edge_pass, net_forces, step_pass};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use std::sync::atomic::AtomicBool;
 

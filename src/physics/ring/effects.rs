@@ -4,12 +4,8 @@
 use crate::parameters::{Deformable, MASS, regular_edge};
 use crate::physics::observation::Observation;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
-use crate::physics::ring::forces::area::Area;
 use crate::physics::ring::forces::contact::{Load, WallContact};
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::tension::EdgeTension;
+use crate::physics::ring::forces::{RingForce, area::Area, drag::Drag, gravity::Gravity, tension::EdgeTension};
 use crate::physics::ring::passes::{EdgeLaw, RingForces};
 use crate::results::outline::{LoadRecord, Outline};
 use std::f64::consts::PI;

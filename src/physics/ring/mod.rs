@@ -12,8 +12,7 @@ pub mod forces;
 pub(crate) mod passes;
 
 use crate::parameters::{MASS, regular_edge};
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, padded};
+use crate::physics::simd::{LANES, aligned::Aligned, padded};
 use std::f64::consts::PI;
 
 /// The origin moves by multiples of this, which rounds no position.

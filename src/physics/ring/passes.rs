@@ -11,10 +11,8 @@
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::drag::Rates;
-use crate::physics::ring::forces::tension::TensionLaw;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
+use crate::physics::ring::forces::{drag::Rates, tension::TensionLaw};
+use crate::physics::simd::{InstructionSet, Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The tension of a ring.

@@ -3,11 +3,8 @@
 use crate::parameters::Point;
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
-use crate::physics::simulate::judge::Judge;
-use crate::physics::simulate::record::Recorder;
 use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
-use crate::physics::simulate::timetable::Timetable;
-use crate::physics::simulate::{RunEnded, mechanism};
+use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Recorder, timetable::Timetable};
 use crate::results::trajectory::{Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
 

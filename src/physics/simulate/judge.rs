@@ -3,8 +3,7 @@
 use crate::parameters::{Engulfed, Model, Point, Scene};
 use crate::physics::motion::Motion;
 use crate::physics::observation::Observation;
-use crate::physics::ring::forces::self_contact::apart::Apart;
-use crate::physics::ring::forces::self_contact::crosses;
+use crate::physics::ring::forces::self_contact::{apart::Apart, crosses};
 use crate::physics::simulate::snapshot::Course;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass, Outcome};

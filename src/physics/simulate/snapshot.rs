@@ -2,8 +2,7 @@
 
 use crate::parameters::Point;
 use crate::physics::motion::MotionState;
-use crate::physics::simulate::record::Recorder;
-use crate::physics::simulate::timetable::Timetable;
+use crate::physics::simulate::{record::Recorder, timetable::Timetable};
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 

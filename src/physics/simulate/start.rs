@@ -1,26 +1,19 @@
 //! Decides which effects a job has, and puts its droplet at its start.
 
 use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, Scene, Soft};
-use crate::physics::motion::guard::GuardedMotion;
-use crate::physics::motion::implicit::ImplicitMotion;
 use crate::physics::motion::placing::{Placing, Site};
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{
+    Interruption, Motion, MotionState, guard::GuardedMotion, implicit::ImplicitMotion, verlet::VerletMotion,
+};
 use crate::physics::point::{SoftEffects, SoftMotion};
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::hydrostatic::Hydrostatic;
-use crate::physics::ring::forces::near_wall_drag::NearWallDrag;
-use crate::physics::ring::forces::self_contact::SelfContact;
-use crate::physics::ring::forces::self_contact::apart::Apart;
+use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
+use crate::physics::ring::forces::{
+    contact::Contact, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, near_wall_drag::NearWallDrag,
+};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simulate::Context;
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
-use crate::physics::walls::plate::Plate;
-use crate::physics::walls::wall::Walls;
-use crate::physics::walls::wedge::ChannelWalls;
+use crate::physics::walls::{plate::Plate, wall::Walls, wedge::ChannelWalls};
 use std::sync::Arc;
 
 /// The droplet of a job: in the state `from`, or at its start and at rest, with gravity just switched on. `None` if the

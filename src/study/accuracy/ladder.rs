@@ -1,10 +1,8 @@
 //! One knob varied alone: its rungs from coarse to fine, their errors, and the order of convergence.
 
 use crate::parameters::{Point, Value, list, names};
-use crate::study::accuracy::observable::Observable;
-use crate::study::accuracy::order::Order;
 use crate::study::accuracy::records::{Difference, PointRecords, scale};
-use crate::study::accuracy::scene::TestScene;
+use crate::study::accuracy::{observable::Observable, order::Order, scene::TestScene};
 
 /// What a ladder varies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -24,10 +24,8 @@ mod table;
 use crate::campaign::file::{Block, Campaign};
 use crate::parameters::PointId;
 use crate::results::fits::RunRecord;
-use crate::study::accuracy::front::ParetoFront;
 use crate::study::accuracy::ladder::{Knob, Ladder};
-use crate::study::accuracy::records::PointRecords;
-use crate::study::accuracy::scene::TestScene;
+use crate::study::accuracy::{front::ParetoFront, records::PointRecords, scene::TestScene};
 use std::collections::HashMap;
 
 /// The accuracy that a campaign measured.

@@ -1,7 +1,6 @@
 //! The runs of a grid point, their observables, and the differences from those of another grid point.
 
-use crate::campaign::choose::stepping::candidates;
-use crate::campaign::choose::tolerance::Knobs;
+use crate::campaign::choose::{stepping::candidates, tolerance::Knobs};
 use crate::parameters::{Model, Point, PointId};
 use crate::physics::simulate::stability::StabilityLimit;
 use crate::results::fits::RunRecord;

@@ -147,7 +147,11 @@ fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> 
 
 /// From one trial of `n` frames, with Student's t of n - 2 degrees of freedom.
 fn of_one(value: f64, error: f64, n: usize) -> FittedParameter {
-    FittedParameter { value, spread: Some(error), interval: interval(value, student((n - 2) as f64).map(|t| t * error)) }
+    FittedParameter {
+        value,
+        spread: Some(error),
+        interval: interval(value, student((n - 2) as f64).map(|t| t * error)),
+    }
 }
 
 /// From n trials: mean and standard deviation, and the interval of the mean with Student's t of n - 1 degrees of freedom.

@@ -3,8 +3,7 @@
 use crate::campaign::choose::stepping;
 use crate::parameters::{IntegratorChoice, Job, Limits, Model, Point, Scene};
 use crate::physics::simd::best_instruction_set;
-use crate::physics::simulate::stability::StabilityLimit;
-use crate::physics::simulate::{Context, simulate};
+use crate::physics::simulate::{Context, simulate, stability::StabilityLimit};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, Samples};
 use crate::study::calibrate::frames::Trial;

@@ -3,9 +3,8 @@
 //! Delta_v is slightly noisy, and it jumps where droplets begin to stay stuck, so the search uses no derivatives. Its
 //! coordinates are `(ln Gamma, sqrt b0)`, which keeps Gamma positive and mirrors the search at b0 = 0.
 
-use crate::study::calibrate::deviation::Deviation;
-use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Laboratory, Parameters, Profile};
+use crate::study::calibrate::{deviation::Deviation, frames::Trial};
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;

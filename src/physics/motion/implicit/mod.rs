@@ -29,12 +29,10 @@ mod potential;
 mod scheme;
 
 use crate::on_instruction_set;
-use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};

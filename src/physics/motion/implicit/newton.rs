@@ -15,12 +15,9 @@
 //! free to open.
 
 use crate::on_instruction_set;
-use crate::physics::motion::implicit::cyclic::CyclicSolver;
-use crate::physics::motion::implicit::field::Field;
-use crate::physics::motion::implicit::potential::Potential;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::motion::implicit::{cyclic::CyclicSolver, field::Field, potential::Potential};
 use crate::physics::ring::forces::stiffness::Parts;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::{InstructionSet, LANES, load, store};
 use fearless_simd::prelude::*;
 

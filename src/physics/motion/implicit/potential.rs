@@ -12,10 +12,9 @@
 
 use crate::on_instruction_set;
 use crate::physics::motion::implicit::field::Field;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
 use crate::physics::ring::passes::{EdgeArrays, EdgeLaw, RingForces, edge_pass};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, padded, store};

@@ -1,7 +1,6 @@
 //! The coefficients of one implicit step by second-order backward differences, and what it keeps of the step before.
 
-use crate::physics::motion::implicit::field::Field;
-use crate::physics::motion::implicit::potential::Potential;
+use crate::physics::motion::implicit::{field::Field, potential::Potential};
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::drag::Rates;
 use crate::physics::simd::{Instructions, LANES, fma, load, store};

@@ -5,9 +5,8 @@
 //! not drag vertices along the interface as [`crate::physics::ring::forces::gravity`] does.
 
 use crate::parameters::MASS;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
+use crate::physics::ring::{Ring, forces::RingForce};
 
 /// Hydrostatic pressure of the droplet's weight.
 #[derive(Clone, Copy, Debug)]

@@ -13,9 +13,7 @@
 use crate::on_instruction_set;
 use crate::parameters::PAPER_ALPHA;
 use crate::physics::ring::Ring;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, load, max_lanes, padded, store};
+use crate::physics::simd::{InstructionSet, LANES, aligned::Aligned, load, max_lanes, padded, store};
 use crate::physics::walls::neighbours::{Neighbours, obstacles_near};
 use crate::physics::walls::wall::{ObstacleQueries, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};

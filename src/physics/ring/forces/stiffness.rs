@@ -9,8 +9,7 @@
 //! coupling of vertices u and w that are not neighbours, but it can hold the bound
 //! `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)`.
 
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, load, padded, store};
+use crate::physics::simd::{LANES, aligned::Aligned, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
 /// Which parts of the second derivatives are wanted.

@@ -1,12 +1,8 @@
 //! A periodic box of discs at random places ([C24] 2.4).
 
 use crate::parameters::{Density, ObstacleField};
-use crate::physics::walls::arrays::board::GRAIN;
-use crate::physics::walls::arrays::packing::pack;
-use crate::physics::walls::arrays::saturated::Saturated;
-use crate::physics::walls::arrays::sorted::Sorted;
-use crate::physics::walls::disc::Disc;
-use crate::physics::walls::wall::Walls;
+use crate::physics::walls::arrays::{board::GRAIN, packing::pack, saturated::Saturated, sorted::Sorted};
+use crate::physics::walls::{disc::Disc, wall::Walls};
 use crate::results::trajectory::{Failure, FailureClass};
 use std::sync::OnceLock;
 

@@ -4,9 +4,8 @@
 //! the border of the tile. Threads that need another tile that is not settled wait.
 
 use crate::parameters::ObstacleField;
-use crate::physics::walls::arrays::board::Board;
-use crate::physics::walls::arrays::growth::Growth;
 use crate::physics::walls::arrays::tile::{TILE, Tile};
+use crate::physics::walls::arrays::{board::Board, growth::Growth};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// A saturated box.

@@ -1,8 +1,7 @@
 //! The solutions for both right sides, b and g, and the term of rank one that combines them.
 
 use crate::physics::motion::implicit::cyclic::block::Block;
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{Instructions, LANES, fma, load, store, sum_lanes};
+use crate::physics::simd::{Instructions, LANES, aligned::Aligned, fma, load, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
 /// By vertex: the x and y of the solution for b are `xx` and `yx`, those for g are `xy` and `yy`.

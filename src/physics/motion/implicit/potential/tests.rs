@@ -2,16 +2,12 @@
 
 use super::*;
 use crate::parameters::{ContactKind, MASS, regular_edge};
-use crate::physics::ring::forces::area::Area;
 use crate::physics::ring::forces::contact::{Contact, WallContact};
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::hydrostatic::Hydrostatic;
-use crate::physics::ring::forces::tension::EdgeTension;
+use crate::physics::ring::forces::{
+    area::Area, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, tension::EdgeTension,
+};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
-use crate::physics::walls::plate::Plate;
-use crate::physics::walls::wall::Walls;
-use crate::physics::walls::wedge::ChannelWalls;
+use crate::physics::walls::{plate::Plate, wall::Walls, wedge::ChannelWalls};
 use std::sync::Arc;
 
 const N: usize = 128;

@@ -4,8 +4,7 @@
 //! when the last time step ended can be held: while it is within [`HELD_WITHIN`] of touching, its spring pulls.
 
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::contact::stretches::edges_at;
+use crate::physics::ring::forces::contact::{Contact, stretches::edges_at};
 use crate::physics::simd::{LANES, load, store};
 use crate::physics::walls::wall::{Edges, ObstacleQueries, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};

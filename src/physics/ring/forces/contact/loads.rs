@@ -1,8 +1,7 @@
 //! The contacts at one instant: energy, deepest overlap, and the load that each obstacle carries.
 
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::contact::stretches::edges_at;
+use crate::physics::ring::forces::contact::{Contact, stretches::edges_at};
 use crate::physics::simd::LANES;
 use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Walls};
 use fearless_simd::Fallback;

@@ -17,11 +17,9 @@ pub use loads::{ContactState, Load};
 
 use crate::on_instruction_set;
 use crate::parameters::ContactKind;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{LANES, load, padded, store};
+use crate::physics::ring::{Ring, forces::RingForce};
+use crate::physics::simd::{InstructionSet, LANES, load, padded, store};
 use crate::physics::walls::neighbours::Neighbours;
 use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};

@@ -19,10 +19,8 @@ mod pairs;
 pub(crate) use crossing::crosses;
 
 use crate::on_instruction_set;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{LANES, load, store, sum_lanes};
+use crate::physics::ring::{Ring, forces::RingForce};
+use crate::physics::simd::{InstructionSet, LANES, load, store, sum_lanes};
 use crate::physics::walls::neighbours::Neighbours;
 use along::Along;
 use apart::Apart;
