@@ -66,7 +66,6 @@ pub struct Parameter {
     pub(super) field: Field,
 }
 
-/// Reads a parameter from a point and writes it into one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field {
     pub(super) get: fn(&Point) -> Option<Value>,
@@ -187,7 +186,6 @@ impl Domain {
     }
 }
 
-/// `"a", "b" or "c"`.
 fn alternatives(words: &[&str]) -> String {
     match words {
         [] => String::new(),
@@ -260,7 +258,6 @@ impl Parameter {
         Self { domain: Domain::Whole(interval), ..self }
     }
 
-    /// One of these words, the first by default.
     pub(super) const fn choice(self, words: &'static [&'static str]) -> Self {
         Self { domain: Domain::Choice(words), default: Some(Value::Word(words[0])), ..self }
     }
@@ -286,7 +283,6 @@ impl Parameter {
         Self { unit, ..self }
     }
 
-    /// Another form of this parameter.
     pub(super) const fn instead_of(self, name: &'static str) -> Self {
         Self { instead_of: Some(name), ..self }
     }

@@ -144,20 +144,12 @@ pub enum FailureClass {
 }
 
 names!(pub Outcome {
-    Clogged = "clogged",
-    TimeLimit = "time_limit",
-    Distance = "distance",
-    Exited = "exited",
-    Settled = "settled",
+    Clogged = "clogged", TimeLimit = "time_limit", Distance = "distance", Exited = "exited", Settled = "settled",
 });
 names!(pub Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
 names!(pub FailureClass {
-    Unstable = "unstable",
-    Engulfed = "engulfed",
-    Crossed = "crossed",
-    Panicked = "panicked",
-    Io = "io",
-    BadInput = "bad_input",
+    Unstable = "unstable", Engulfed = "engulfed", Crossed = "crossed",
+    Panicked = "panicked", Io = "io", BadInput = "bad_input",
 });
 
 impl Samples {

@@ -113,7 +113,6 @@ pub struct Table {
     pub kinds: BTreeMap<Kind, Measured>,
 }
 
-/// The setting that a point takes for a tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Choice<'t> {
     pub(crate) setting: &'t Setting,
@@ -127,7 +126,6 @@ pub(crate) struct Choice<'t> {
     pub(crate) kind: Kind,
 }
 
-/// Why a tolerance could not be met.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Unmet<'t> {
     /// Nothing was measured in scenes of this kind.
@@ -202,7 +200,6 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
     Stepping { integrator: setting.integrator, dt }
 }
 
-/// The point with another number of vertices.
 pub(crate) fn with_vertices(point: &Point, n_vertices: usize) -> Point {
     let mut point = point.clone();
     if let Model::Deformable(ring) = &mut point.model {

@@ -56,7 +56,6 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// The cost of a block before any of its jobs is added.
     pub(super) fn none_of(block: &Block) -> Self {
         let by_distance = block.points.iter().all(|point| point.limits.distance.is_some());
         Self { jobs: 0, total_s: 0.0, longest_s: 0.0, by_distance }
@@ -78,7 +77,6 @@ impl Cost {
         (self.total_s / threads.max(1) as f64).max(self.longest_s)
     }
 
-    /// The cost of two blocks together.
     pub(super) fn and(self, other: Self) -> Self {
         Self {
             jobs: self.jobs + other.jobs,

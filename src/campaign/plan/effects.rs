@@ -44,7 +44,6 @@ fn of_no_ring() -> [Effect; 5] {
     [tension, perimeter, area, effect("gravity", true, "drives along +x"), self_contact]
 }
 
-/// Tension, perimeter, area, gravity and self-contact of rings.
 fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
     let count = |counts: fn(&Deformable) -> bool| {
         let rings = points.iter().filter(|point| matches!(&point.model, Model::Deformable(ring) if counts(ring)));
@@ -81,7 +80,6 @@ fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
     ]
 }
 
-/// `gamma = 0.3 .. 10`.
 fn span(points: &[Arc<Point>], name: &str) -> String {
     format!("{name} = {}", Ends::of(points.iter().filter_map(|point| list::value(point, name)?.number())))
 }

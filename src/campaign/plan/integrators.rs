@@ -6,14 +6,11 @@ use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
 use crate::physics::simulate::stability::StabilityLimit;
 
-/// Why a point takes the integrator it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
-    /// The campaign asks for it.
     Asked,
     /// A soft particle has only one.
     NoOther,
-    /// The campaign gives the time step.
     StepGiven,
     /// The droplet folds back on itself, where the implicit integrator converges slowly.
     Folds,

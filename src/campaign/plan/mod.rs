@@ -116,7 +116,6 @@ pub struct BlockPlan {
     pub cost: Cost,
 }
 
-/// A job of the campaign that may have to run.
 #[derive(Clone, Copy)]
 struct Candidate {
     id: JobId,
@@ -198,7 +197,6 @@ fn ranks(costs: &[f64]) -> Vec<u32> {
     ranks
 }
 
-/// Counts a job and says whether it is to be run.
 fn tally(counts: &mut Counts, state: Option<JobState>) -> bool {
     let (count, run) = match state {
         None => (&mut counts.new, true),

@@ -6,7 +6,6 @@ use crate::parameters::{Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
 impl Plan {
-    /// The expected cost of all jobs to run.
     pub(crate) fn cost(&self) -> Option<Cost> {
         self.blocks.iter().map(|block| block.cost).reduce(Cost::and)
     }
@@ -89,7 +88,6 @@ impl Ends {
         Self { low, high }
     }
 
-    /// Both rounded down to three digits.
     pub(super) fn cut(self) -> Self {
         Self { low: cut_to_three_digits(self.low), high: cut_to_three_digits(self.high) }
     }

@@ -36,7 +36,6 @@ pub struct GuardedMotion {
     energy: f64,
     control: StepControl,
     refused: u64,
-    /// The ring at the beginning of the present stretch.
     saved: Ring,
     /// The observation at the end of the last stretch.
     seen: Option<Observation>,
@@ -83,7 +82,6 @@ impl GuardedMotion {
         Some(Self { motion, dt, steps, energy, control, refused, saved, seen: None })
     }
 
-    /// Changes the step to the length that the control asks for.
     fn take_length(&mut self) {
         let dt = self.control.length(self.dt);
         if dt != self.motion.dt {

@@ -43,21 +43,18 @@ const AT_REST: f64 = 1e-14;
 pub(crate) enum Site {
     /// It is inflated in a gap.
     Gap {
-        /// Centre of the gap.
         at: [f64; 2],
         /// Distance from the centre to the nearest wall.
         clearance: f64,
     },
     /// Where no wall is near.
     Free {
-        /// Its centre.
         at: [f64; 2],
     },
     /// It is relaxed, and its rim just touches the plate at x = 0.
     OnPlate,
 }
 
-/// How and where a droplet is put.
 #[derive(Clone, Copy)]
 pub(crate) struct Placing<'a> {
     pub(crate) site: Site,

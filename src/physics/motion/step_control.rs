@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 /// A nominal step in ticks; a tick is the smallest possible sub-step, `dt/65536`.
 pub(super) const WHOLE: u32 = 1 << 16;
 
-/// The present length of a sub-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct StepControl {
     most_halvings: u32,
@@ -39,7 +38,6 @@ impl StepControl {
         1 << self.halvings
     }
 
-    /// Length of the next sub-step, in ticks.
     pub(super) fn ticks(self) -> u32 {
         WHOLE >> self.halvings
     }

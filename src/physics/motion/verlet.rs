@@ -124,7 +124,6 @@ impl VerletMotion {
         (fx, fy)
     }
 
-    /// The velocities v at the present positions.
     fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
         let kick = 0.5 * self.dt / self.ring.vertex_mass();

@@ -103,7 +103,6 @@ impl<W: Walls> SoftMotion<W> {
         motion
     }
 
-    /// Its state between two steps.
     pub(crate) fn state(&self) -> SoftState {
         let Self { position, velocity, origin, listed_at, .. } = *self;
         SoftState { position, velocity, origin, listed_at, slack: self.near.skin.left }

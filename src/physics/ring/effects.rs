@@ -53,7 +53,6 @@ impl RingEffects {
         }
     }
 
-    /// The tension along the edges.
     pub(crate) fn edge_law(&self) -> EdgeLaw {
         EdgeLaw { tension: self.tension.law(), eps_squared: self.eps_squared }
     }
@@ -84,7 +83,6 @@ impl RingEffects {
         true
     }
 
-    /// [`RingForce::settled`] of all effects.
     pub(crate) fn settled(&mut self, ring: &Ring) {
         self.walls.settled(ring);
         self.others.iter_mut().for_each(|other| other.settled(ring));

@@ -18,7 +18,6 @@ use fearless_simd::{f64x8, prelude::*};
 /// The tension of a ring.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeLaw {
-    /// Its dependence on the length.
     pub(crate) tension: TensionLaw,
     /// Square of the smoothing length eps.
     pub(crate) eps_squared: f64,
@@ -106,17 +105,13 @@ fn edges_behind<S: Instructions, const LENGTH: bool>(
 /// The forces on a ring whose edges are known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RingForces {
-    /// Tension.
     pub(crate) law: EdgeLaw,
-    /// Half the pressure of the area.
     pub(crate) half_pressure: f64,
-    /// Weight of a vertex.
     pub(crate) weight: f64,
     /// Whether `ring.force_x`, `ring.force_y` hold forces of walls or other forces.
     pub(crate) pushed: bool,
 }
 
-/// The edge arrays of a ring.
 #[derive(Clone, Copy)]
 pub(crate) struct EdgeArrays<'a> {
     pub(crate) x: &'a [f64],

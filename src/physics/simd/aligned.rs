@@ -21,7 +21,6 @@ pub struct Aligned {
 }
 
 impl Aligned {
-    /// `len` zeros.
     pub(crate) fn zeros(len: usize) -> Self {
         let per_line = LINE / size_of::<f64>();
         let mut values: Vec<f64> = Vec::with_capacity(len + per_line);

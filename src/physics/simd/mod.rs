@@ -77,13 +77,11 @@ pub(crate) fn max_lanes<S: Simd>(v: f64x8<S>) -> f64 {
     v.as_slice().iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b))
 }
 
-/// Loads eight numbers from `values[at..at + 8]`.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, values: &[f64], at: usize) -> f64x8<S> {
     f64x8::from_slice(simd, &values[at..at + LANES])
 }
 
-/// Stores eight numbers to `values[at..at + 8]`.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(v: f64x8<S>, values: &mut [f64], at: usize) {
     v.store_slice(&mut values[at..at + LANES]);

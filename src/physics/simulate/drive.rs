@@ -8,7 +8,6 @@ use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Record
 use crate::results::trajectory::{Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
 
-/// The course before the first step.
 pub(super) fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
     let begin = motion.observe();
     let mut recorder = Recorder::new(point, begin);
@@ -71,7 +70,6 @@ fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64,
     }
 }
 
-/// The trajectory that ended at time `t`.
 fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused: u64) -> Trajectory {
     let Course { step, outline, recorder, .. } = course;
     let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));

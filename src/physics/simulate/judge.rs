@@ -19,13 +19,11 @@ pub(super) struct Judge {
     apart: Apart,
     /// Whether a trajectory fails if an obstacle lies inside the droplet.
     fails_engulfed: bool,
-    /// A droplet is at rest below this E_k/E_t.
     ek_threshold: f64,
     /// The outcome of a droplet that comes to rest.
     at_rest: Outcome,
     /// The trajectory ends with an exit beyond this x.
     h_end: f64,
-    /// The trajectory ends after this displacement.
     distance: f64,
 }
 

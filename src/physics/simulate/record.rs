@@ -22,7 +22,6 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-/// Collects the record of one trajectory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recorder {
     v_t: f64,
@@ -67,7 +66,6 @@ impl Recorder {
         seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
     }
 
-    /// Updates the extremes.
     pub(super) fn watch(&mut self, seen: &Observation, energy_rise: f64) {
         let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
         self.shape_max = larger(self.shape_max, seen.shape);
@@ -77,7 +75,6 @@ impl Recorder {
         self.ek_ratio_min = self.ek_ratio_min.min(self.ek_ratio(seen));
     }
 
-    /// Adds a sample.
     pub(super) fn record(&mut self, t: f64, seen: &Observation) {
         let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
         let samples = &mut self.samples;

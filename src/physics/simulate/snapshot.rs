@@ -9,19 +9,14 @@ use serde::{Deserialize, Serialize};
 /// How far a trajectory has come, at a check.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
-    /// Time steps taken.
     pub(super) step: u64,
-    /// Checks made.
     pub(super) checks: u64,
-    /// Whether the droplet was ever seen moving.
     pub(super) has_moved: bool,
     /// Whether it was at rest at this check; a clog needs two such checks in a row.
     pub(super) was_below: bool,
     /// Lowest total energy at any check so far.
     pub(super) lowest_energy: f64,
-    /// The outline at this check.
     pub(super) outline: Outline,
-    /// Everything that is recorded.
     pub(super) recorder: Recorder,
 }
 

@@ -69,37 +69,23 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
     let n = ring.n_vertices as f64;
     let vertex_mass = MASS / n;
     let eps = ring.eps * regular_edge(ring.n_vertices);
+    let term = |term, omega, remedy| TermFrequency { term, omega, remedy };
+    let tension = (4.0 * ring.gamma / (eps * vertex_mass)).sqrt();
+    let area = (UNEVEN * 4.0 * std::f64::consts::PI * ring.k_a).sqrt();
+    let wall = (2.0 * ring.k_w() / vertex_mass).sqrt();
     let mut terms = vec![
-        TermFrequency {
-            term: "tension",
-            omega: (4.0 * ring.gamma / (eps * vertex_mass)).sqrt(),
-            remedy: "lower gamma or n_vertices, or raise eps",
-        },
-        TermFrequency {
-            term: "area",
-            omega: (UNEVEN * 4.0 * std::f64::consts::PI * ring.k_a).sqrt(),
-            remedy: "lower k_a",
-        },
-        TermFrequency {
-            term: "wall",
-            omega: (2.0 * ring.k_w() / vertex_mass).sqrt(),
-            remedy: "lower e_w, or take wall = \"total\"",
-        },
+        term("tension", tension, "lower gamma or n_vertices, or raise eps"),
+        term("area", area, "lower k_a"),
+        term("wall", wall, "lower e_w, or take wall = \"total\""),
     ];
     if vertices_pile_up(ring) {
-        terms.push(TermFrequency {
-            term: "self-contact",
-            // All vertices may stand on one edge, so the total stiffness N_v k counts.
-            omega: (Apart::Places.total_stiffness() / vertex_mass).sqrt(),
-            remedy: "raise gamma, lower n_vertices, or take self_contact = \"off\"",
-        });
+        // All vertices may stand on one edge, so the total stiffness N_v k counts.
+        let omega = (Apart::Places.total_stiffness() / vertex_mass).sqrt();
+        terms.push(term("self-contact", omega, "raise gamma, lower n_vertices, or take self_contact = \"off\""));
     }
     if ring.kappa > 0.0 {
-        terms.push(TermFrequency {
-            term: "perimeter",
-            omega: 2.0 * n * (ring.kappa * ring.gamma / MASS).sqrt(),
-            remedy: "lower kappa or n_vertices",
-        });
+        let omega = 2.0 * n * (ring.kappa * ring.gamma / MASS).sqrt();
+        terms.push(term("perimeter", omega, "lower kappa or n_vertices"));
     }
     terms
 }

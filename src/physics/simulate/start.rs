@@ -45,7 +45,6 @@ pub(super) fn start(
     }
 }
 
-/// What a droplet needs to start.
 struct Start<'a, W: Walls> {
     point: &'a Point,
     walls: Arc<W>,
@@ -102,7 +101,6 @@ impl<W: Walls> Start<'_, W> {
         Placing { site: self.site, stepping: &self.point.stepping, instruction_set, stop }
     }
 
-    /// The ring at its start, without gravity.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
         self.placing().ring(ring, self.weightless(ring))
     }

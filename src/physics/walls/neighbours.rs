@@ -16,21 +16,12 @@ const LARGEST: f64 = 1e3;
 /// How far things may move before a list of what is near them is made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Skin {
-    width: f64,
+    pub(crate) width: f64,
     /// The part of the width that is left.
     pub(crate) left: f64,
 }
 
 impl Skin {
-    /// A skin of this width, whose list is not yet made.
-    pub(crate) const fn new(width: f64) -> Self {
-        Self { width, left: f64::NEG_INFINITY }
-    }
-
-    pub(crate) fn width(self) -> f64 {
-        self.width
-    }
-
     /// Notes that nothing moved further than `distance`. True if the list must be made again.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64) -> bool {
@@ -40,7 +31,6 @@ impl Skin {
     }
 }
 
-/// A list of what is near.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours<T> {
     /// What was near when the list was made, in coordinates relative to `origin`.
@@ -50,9 +40,8 @@ pub(crate) struct Neighbours<T> {
 }
 
 impl<T> Neighbours<T> {
-    /// A list that is not yet made.
     pub(crate) const fn new(skin: f64) -> Self {
-        Self { items: Vec::new(), skin: Skin::new(skin), origin: [f64::NAN; 2] }
+        Self { items: Vec::new(), skin: Skin { width: skin, left: f64::NEG_INFINITY }, origin: [f64::NAN; 2] }
     }
 
     /// Notes that nothing moved further than `distance`, and the present origin. True if the list must be made again.

@@ -123,13 +123,8 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
 /// The questions to obstacles, inlined for instruction sets with vectors, and not inlined for scalars: inlined
 /// everywhere, the scalar code of eight lanes took minutes to compile.
 pub(crate) trait ObstacleQueries: Instructions {
-    /// [`Obstacle::distance`].
     fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self>;
-
-    /// [`Obstacle::distance_to`].
     fn distance_to<T: Obstacle>(self, obstacle: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self>;
-
-    /// [`Obstacle::touch`].
     fn touch<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
 }
 

@@ -143,7 +143,6 @@ impl Wedge {
     }
 }
 
-/// Clamps to [0, 1].
 #[inline(always)]
 fn clamp<S: Simd>(simd: S, q: f64x8<S>) -> f64x8<S> {
     q.max(f64x8::splat(simd, 0.0)).min(f64x8::splat(simd, 1.0))

@@ -24,13 +24,8 @@ pub enum Knob {
 }
 
 names!(pub(crate) Knob {
-    NVertices = "n_vertices",
-    Dt = "dt",
-    Implicit = "implicit",
-    Kappa = "kappa",
-    Eps = "eps",
-    EW = "e_w",
-    EkThreshold = "ek_threshold",
+    NVertices = "n_vertices", Dt = "dt", Implicit = "implicit",
+    Kappa = "kappa", Eps = "eps", EW = "e_w", EkThreshold = "ek_threshold",
 });
 
 impl Knob {
@@ -94,7 +89,6 @@ impl Ladder {
         Self { scene, knob, rungs, columns }
     }
 
-    /// The finest rung.
     pub(crate) fn reference(&self) -> Option<&PointRecords> {
         self.rungs.last()
     }

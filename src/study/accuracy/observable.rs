@@ -139,7 +139,6 @@ pub(super) const PLATE: &[Observable] = &[Observable {
     ..USUAL
 }];
 
-/// The first run, if it ended like this.
 fn first_with<'a>(runs: &[&'a RunRecord], outcome: Outcome) -> Option<&'a RunRecord> {
     runs.first().copied().filter(|run| run.outcome == Some(outcome))
 }

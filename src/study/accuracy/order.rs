@@ -52,7 +52,7 @@ impl Order {
         Self::fit(h.iter().copied().zip(errors.iter().copied()), scale)
     }
 
-    /// Fits ln|d| against ln h by least squares.
+    /// Least squares of ln|d| on ln h.
     fn fit(points: impl Iterator<Item = (f64, f64)>, scale: f64) -> Option<Self> {
         let points: Vec<(f64, f64)> = points
             .filter(|(_, d)| d.abs() > ROUNDING * scale)

@@ -24,13 +24,8 @@ pub enum TestScene {
 }
 
 names!(pub(crate) TestScene {
-    Free = "free",
-    Channel = "channel",
-    Passage = "passage",
-    Arrest = "arrest",
-    Flow = "flow",
-    Clog = "clog",
-    Plate = "plate",
+    Free = "free", Channel = "channel", Passage = "passage", Arrest = "arrest",
+    Flow = "flow", Clog = "clog", Plate = "plate",
 });
 
 impl TestScene {
@@ -49,7 +44,6 @@ impl TestScene {
         }
     }
 
-    /// What happens in it, in words.
     pub(crate) const fn about(self) -> &'static str {
         match self {
             Self::Free => "A droplet that touches nothing",
@@ -73,7 +67,6 @@ impl TestScene {
         }
     }
 
-    /// Whether its observables need time series.
     pub(crate) const fn needs_samples(self) -> bool {
         matches!(self, Self::Free | Self::Channel | Self::Passage | Self::Arrest)
     }

@@ -23,7 +23,6 @@ const STEPS: [f64; 3] = [0.02, 0.1, 2e-3];
 /// Probability outside a 95% interval on each side.
 const TAIL: f64 = 0.025;
 
-/// The fit of one trial.
 #[derive(Clone, Debug)]
 pub(crate) struct TrialFit {
     /// The fitted Gamma* and b0*.
@@ -45,10 +44,8 @@ pub(crate) struct FittedParameter {
     pub interval: Option<[f64; 2]>,
 }
 
-/// The result of a calibration.
 #[derive(Clone, Debug)]
 pub(crate) struct Calibration {
-    /// The fits, in the order of the trials.
     pub fits: Vec<TrialFit>,
     /// Gamma*.
     pub gamma: FittedParameter,
@@ -62,7 +59,6 @@ pub(crate) struct Calibration {
     pub at_the_end: Vec<&'static str>,
 }
 
-/// Why there is no fit.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CalibrateError {
     /// No droplet of the grid could be simulated.

@@ -117,7 +117,6 @@ impl<'w> Laboratory<'w> {
         }
     }
 
-    /// The grid point with these parameters.
     fn point(&self, parameters: Parameters) -> Point {
         let mut point = Point { b0: parameters.b0, ..self.template.clone() };
         if let Model::Deformable(ring) = &mut point.model {

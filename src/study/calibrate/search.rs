@@ -41,7 +41,6 @@ pub(crate) struct Ranges {
     pub b0: RangeInclusive<f64>,
 }
 
-/// The coordinates of the search.
 fn coordinates(parameters: Parameters) -> [f64; 2] {
     [libm::log(parameters.gamma), parameters.b0.sqrt()]
 }
@@ -99,7 +98,6 @@ impl SearchGrid {
     }
 }
 
-/// What Nelder-Mead minimises.
 struct Objective<'a> {
     laboratory: &'a Laboratory<'a>,
     trial: &'a Trial,

@@ -95,9 +95,9 @@ pub enum DecayLength {
     Measured {
         /// The estimate S/d.
         lambda: f64,
-        /// Lower end.
+        /// Lower end of the interval.
         low: f64,
-        /// Upper end.
+        /// Upper end of the interval.
         high: f64,
     },
     /// Nothing clogged: lambda is larger than this, one-sided 95%.

@@ -15,7 +15,6 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Zeros for `n` vertices.
     pub(super) fn zero(n: usize) -> Self {
         Self { x: Aligned::zeros(padded(n)), y: Aligned::zeros(padded(n)) }
     }
@@ -50,7 +49,6 @@ impl Field {
         max_lanes(largest).sqrt() + sum_lanes(odd)
     }
 
-    /// Adds `share` times `by`.
     #[inline(always)]
     pub(super) fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
         let share = f64x8::splat(simd, share);

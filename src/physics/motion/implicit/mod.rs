@@ -51,7 +51,6 @@ const MOST_HALVINGS: u32 = 16;
 /// After this many accepted sub-steps in a row their length doubles.
 const PATIENCE: u32 = 4;
 
-/// Why a sub-step has to be taken again.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 enum BadStep {
     #[error(transparent)]
@@ -173,7 +172,6 @@ impl ImplicitMotion {
         Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, outline: None })
     }
 
-    /// Tries a step of length `h`.
     fn try_step(&mut self, h: f64) -> Result<(), BadStep> {
         let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &mut self.earlier);
         let instruction_set = self.instruction_set;

@@ -39,7 +39,6 @@ const NOT_CUT: f64 = 1e-11;
 /// Longest correction of one vertex in one Newton step, in sigma.
 const LONGEST: f64 = 0.02;
 
-/// Why a step could not be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Unsolved {
     /// Newton's method did not converge.
@@ -50,7 +49,6 @@ pub(super) enum Unsolved {
     NotFinite,
 }
 
-/// Work space of the minimisation.
 #[derive(Debug)]
 pub(super) struct Newton {
     instruction_set: InstructionSet,
@@ -66,7 +64,6 @@ pub(super) struct Newton {
 }
 
 impl Newton {
-    /// Work space for `n` vertices.
     pub(super) fn new(n: usize, instruction_set: InstructionSet) -> Self {
         Self {
             instruction_set,

@@ -26,11 +26,9 @@ pub(super) struct Potential {
     instruction_set: InstructionSet,
     /// Free displacements d*.
     pub(super) free: Field,
-    /// Weights w.
     pub(super) weight: Aligned,
     /// Phi'.
     pub(super) gradient: Field,
-    /// Gradient of the area.
     pub(super) area_gradient: Field,
     /// `w + U''` without the rank-one term of the area.
     pub(super) stiffness: Stiffness,
@@ -40,7 +38,6 @@ pub(super) struct Potential {
 }
 
 impl Potential {
-    /// Work space for `n` vertices.
     pub(super) fn new(n: usize, instruction_set: InstructionSet) -> Self {
         let edges = || Aligned::zeros(padded(n) + LANES);
         Self {

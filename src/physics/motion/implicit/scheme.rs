@@ -6,7 +6,6 @@ use crate::physics::ring::forces::drag::Rates;
 use crate::physics::simd::{Instructions, LANES, fma, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// The step before.
 #[derive(Debug)]
 pub(super) struct Earlier {
     /// Dx, the change of the positions.

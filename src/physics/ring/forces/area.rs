@@ -19,7 +19,6 @@ impl Area {
         -self.stiffness * (area - self.rest)
     }
 
-    /// Energy at area `a`.
     pub(crate) fn energy(self, area: f64) -> f64 {
         0.5 * self.stiffness * (area - self.rest) * (area - self.rest)
     }

@@ -57,7 +57,6 @@ impl Rates<'_> {
         }
     }
 
-    /// Rates of the eight vertices from `i` on.
     #[inline(always)]
     pub(crate) fn load<S: Simd>(self, simd: S, i: usize) -> f64x8<S> {
         match self {

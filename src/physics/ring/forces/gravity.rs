@@ -19,13 +19,11 @@ impl Gravity {
         Self { vertex_weight: 0.0 }
     }
 
-    /// Force on one vertex along +x.
     #[inline(always)]
     pub(crate) fn force(self) -> f64 {
         self.vertex_weight
     }
 
-    /// Energy of one vertex at `x`.
     pub(crate) fn energy(self, x: f64) -> f64 {
         -self.vertex_weight * x
     }

@@ -51,7 +51,6 @@ struct NearestWalls<W: Walls> {
     floor: f64,
     /// Walls that may be nearest to a vertex, block by block.
     nearest: Neighbours<W::Obstacle>,
-    /// Range of each block in `nearest`.
     of_block: Vec<Range<usize>>,
 }
 
@@ -79,6 +78,14 @@ impl NearWallDrag {
             of_block: Vec::new(),
         });
         Self { rates, distances }
+    }
+
+    pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
+        self.distances.update(distance, ring, &mut self.rates);
+    }
+
+    pub(crate) fn rates(&self) -> &[f64] {
+        &self.rates
     }
 }
 
@@ -171,17 +178,6 @@ impl<W: Walls> Update for NearestWalls<W> {
             return;
         }
         on_instruction_set!(self.instruction_set, simd => self.update_with(simd, ring, rates));
-    }
-}
-
-impl NearWallDrag {
-    pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
-        self.distances.update(distance, ring, &mut self.rates);
-    }
-
-    /// Damping rates of the vertices, in 1/t0.
-    pub(crate) fn rates(&self) -> &[f64] {
-        &self.rates
     }
 }
 

@@ -24,7 +24,6 @@ pub enum Parts {
 /// The matrix, an array for each entry of a block.
 #[derive(Clone, Debug)]
 pub struct Stiffness {
-    /// Number of vertices.
     pub(crate) n: usize,
     // Block `(i, i)`, `padded(n) + 8` long; entry `n` is to be added to vertex 0.
     pub(crate) own_xx: Aligned,
@@ -38,7 +37,6 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// A zero matrix for `n` vertices.
     pub(crate) fn new(n: usize) -> Self {
         let zeros = || Aligned::zeros(padded(n) + LANES);
         Self {

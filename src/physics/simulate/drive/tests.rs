@@ -11,11 +11,9 @@ use crate::results::outline::Outline;
 use crate::results::trajectory::FailureClass;
 use std::sync::Arc;
 
-/// What is observed at one check.
 #[derive(Clone, Copy)]
 struct Seen {
     x: f64,
-    /// E_k/E_t.
     ek_ratio: f64,
     potential: f64,
 }

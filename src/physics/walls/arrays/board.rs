@@ -28,9 +28,7 @@ pub(super) struct Board {
     pub(super) box_size: f64,
     /// Smallest distance of two centres.
     pub(super) spacing: f64,
-    /// Cells along a side.
     pub(super) cells: usize,
-    /// Side of a cell.
     pub(super) width: f64,
     random: ChaCha8Rng,
 }
@@ -68,7 +66,6 @@ impl Board {
         ((c / self.box_size * self.cells as f64) as usize).min(self.cells - 1)
     }
 
-    /// Lower corner of a cell.
     pub(super) fn corner(&self, cell: [usize; 2]) -> [f64; 2] {
         cell.map(|c| c as f64 * self.width)
     }

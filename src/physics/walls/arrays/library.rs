@@ -8,8 +8,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What names one array: the canonical form of its field, and the seed.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct ArrayKey(String, u64);
+type ArrayKey = (String, u64);
 
 type Slot = Arc<OnceLock<Result<Arc<ObstacleArray>, Failure>>>;
 
@@ -63,10 +62,6 @@ impl ArrayLibrary {
 }
 
 fn key_of(job: &Job) -> Option<ArrayKey> {
-    match &job.point.scene {
-        Scene::Obstacles(field) => {
-            Some(ArrayKey(serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
-        }
-        Scene::Channel(_) | Scene::Plate | Scene::Disc(_) => None,
-    }
+    let Scene::Obstacles(field) = &job.point.scene else { return None };
+    Some((serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
 }

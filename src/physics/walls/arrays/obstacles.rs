@@ -146,12 +146,12 @@ impl ObstacleArray {
             }
         };
         match &self.places {
-            Places::Given(sorted) => for_each_cell(self.box_size, sorted.cells(), origin, bounds, |cell, shift| {
+            Places::Given(sorted) => for_each_cell(self.box_size, sorted.cells, origin, bounds, |cell, shift| {
                 for (id, at) in sorted.discs(cell) {
                     see(id, at, shift);
                 }
             }),
-            Places::Saturated(discs) => for_each_cell(self.box_size, discs.cells(), origin, bounds, |cell, shift| {
+            Places::Saturated(discs) => for_each_cell(self.box_size, discs.cells, origin, bounds, |cell, shift| {
                 if let Some((id, at)) = discs.disc(cell) {
                     see(id, at, shift);
                 }

@@ -19,7 +19,6 @@ const AROUND: [[i64; 2]; 25] = [
     [2, 1], [-2, 1], [2, -1], [-2, -1], [1, 2], [-1, 2], [1, -2], [-1, -2], [2, 2], [-2, 2], [2, -2], [-2, -2],
 ];
 
-/// Discs while they are being placed.
 struct Packing {
     board: Board,
     discs: Vec<[f64; 2]>,
@@ -81,7 +80,6 @@ impl Packing {
         })
     }
 
-    /// The disc in a cell.
     #[inline(always)]
     fn disc(&self, cell: usize) -> Option<[f64; 2]> {
         (self.taken[cell / 64] >> (cell % 64) & 1 == 1).then(|| self.grid[cell])

@@ -8,10 +8,10 @@ use crate::physics::walls::arrays::tile::{TILE, Tile};
 use crate::physics::walls::arrays::{board::Board, growth::Growth};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// A saturated box.
 #[derive(Debug)]
 pub(super) struct Saturated {
-    cells: usize,
+    /// Cells along a side; each has at most one disc.
+    pub(super) cells: usize,
     /// Tiles along a side.
     across: usize,
     tiles: Box<[OnceLock<Arc<Tile>>]>,
@@ -22,14 +22,9 @@ pub(super) struct Saturated {
 impl Saturated {
     pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
         let growth = Growth::new(Board::new(field, seed));
-        let (cells, across) = (growth.cells(), growth.across());
+        let [cells, across] = growth.sides();
         let tiles = (0..across * across).map(|_| OnceLock::new()).collect();
         Self { cells, across, tiles, growth: Mutex::new(growth) }
-    }
-
-    /// Cells along a side; each has at most one disc.
-    pub(super) fn cells(&self) -> usize {
-        self.cells
     }
 
     /// Number and place of the disc in a cell.
@@ -44,7 +39,6 @@ impl Saturated {
         (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
     }
 
-    /// Memory of the settled tiles in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
     }

@@ -8,7 +8,7 @@ pub(super) struct Sorted {
     /// The discs of cell k are `first[k]..first[k + 1]`.
     first: Vec<u32>,
     /// Cells along a side.
-    cells: usize,
+    pub(super) cells: usize,
 }
 
 impl Sorted {
@@ -27,10 +27,6 @@ impl Sorted {
             next[k] += 1;
         }
         Self { at, first, cells }
-    }
-
-    pub(super) fn cells(&self) -> usize {
-        self.cells
     }
 
     /// Number and place of each disc in a cell.

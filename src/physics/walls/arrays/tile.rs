@@ -29,7 +29,6 @@ impl Tile {
         Self { taken, first, discs: discs.into() }
     }
 
-    /// The disc in a cell.
     #[inline]
     pub(super) fn disc(&self, column: usize, row: usize) -> Option<[f64; 2]> {
         let (taken, bit) = (self.taken[row], 1 << column);

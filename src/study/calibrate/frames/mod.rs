@@ -51,7 +51,6 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Smallest and largest h.
     pub(super) fn range(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], frame: &Frame| [low.min(frame.h), high.max(frame.h)];
         self.frames.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
@@ -83,23 +82,19 @@ pub enum FramesError {
 }
 
 /// All files of frames that could not be read.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", rendered(.0, false))]
 pub(crate) struct BadFrames(pub(crate) Vec<FramesError>);
 
 impl BadFrames {
-    /// The whole message, in colour if asked.
     pub(crate) fn render(&self, colour: bool) -> String {
-        self.0.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
+        rendered(&self.0, colour)
     }
 }
 
-impl std::fmt::Display for BadFrames {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.render(false))
-    }
+fn rendered(errors: &[FramesError], colour: bool) -> String {
+    errors.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
 }
-
-impl std::error::Error for BadFrames {}
 
 impl FramesError {
     /// The whole message with source lines, in colour if asked.

@@ -12,7 +12,6 @@ pub(super) fn trials<'t>(text: &'t str, problems: &mut Problems<'t>) -> Vec<Tria
     Reading { text, problems }.trials()
 }
 
-/// A text being read, and its mistakes so far.
 struct Reading<'t, 'p> {
     text: &'t str,
     problems: &'p mut Problems<'t>,
@@ -131,7 +130,6 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// Notes a line that the CSV reader refused.
     fn ragged(&mut self, error: &csv::Error, columns: usize) {
         let at = error.position().map_or(0, |position| position.byte() as usize);
         let message = match error.kind() {

@@ -4,15 +4,12 @@ use crate::physics::simd::{Instructions, fma};
 use fearless_simd::{f64x8, prelude::*};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number, or eight of them.
 pub(super) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// `1/x`.
     fn inverse(self) -> Self;
     /// `x b + c`; for eight numbers it is rounded only once.
     fn times(self, b: Self, c: Self) -> Self;
-    /// Whether the number, or each of the eight, is positive.
     fn is_positive(self) -> bool;
 }
 
@@ -51,7 +48,6 @@ impl<S: Instructions> Number for f64x8<S> {
     }
 }
 
-/// A 2 x 2 block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Block<T> {
     pub(super) xx: T,
@@ -116,7 +112,6 @@ impl<T: Number> Neg for Block<T> {
     }
 }
 
-/// A symmetric 2 x 2 block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pivot<T> {
     pub(super) xx: T,

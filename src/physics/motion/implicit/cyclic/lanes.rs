@@ -23,7 +23,6 @@ type Kept = [Line; 12];
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
     kept: Vec<Kept>,
-    /// The ring that remains.
     pub(super) matrix: Stiffness,
     /// Its right sides: x and y of b, then of g.
     right: [Vec<f64>; 4],
@@ -77,7 +76,6 @@ fn edges<S: Instructions>(simd: S, read: &Read) -> Block<f64x8<S>> {
 }
 
 impl Lanes {
-    /// Work space for rings of up to `n` vertices.
     pub(super) fn new(n: usize) -> Self {
         let rest = || vec![0.0; 2 * LANES];
         Self {
@@ -87,7 +85,6 @@ impl Lanes {
         }
     }
 
-    /// The system of the ring that remains.
     pub(super) fn system(&self) -> System<'_> {
         let [bx, by, gx, gy] = &self.right;
         System { matrix: &self.matrix, b: [bx, by], g: [gx, gy] }

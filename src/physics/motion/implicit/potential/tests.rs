@@ -34,7 +34,6 @@ fn bent(centre: [f64; 2]) -> Ring {
     ring
 }
 
-/// `ring` with every vertex moved by `h v`.
 fn shifted(ring: &Ring, h: f64, [vx, vy]: [&[f64]; 2]) -> Ring {
     let mut moved = ring.clone();
     for i in 0..N {

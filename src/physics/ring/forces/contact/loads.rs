@@ -31,7 +31,6 @@ pub struct ContactState {
 }
 
 impl<W: Walls> Contact<W> {
-    /// Energy, overlap and loads at the present positions.
     pub(super) fn state_at(&self, ring: &Ring) -> ContactState {
         let simd = Fallback::new();
         let mut state = ContactState::default();

@@ -12,7 +12,6 @@ pub(super) struct Along {
     number: Vec<f64>,
     /// Way along the ring from vertex 0 to each vertex, when it was last measured.
     pub(super) way: Vec<f64>,
-    /// Way once round the ring.
     pub(super) whole_way: f64,
     /// A vertex and an edge lie apart if the way between them is longer than this.
     least_way: f64,

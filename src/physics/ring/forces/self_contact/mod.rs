@@ -27,7 +27,6 @@ use apart::Apart;
 use fearless_simd::{Fallback, f64x8, prelude::*};
 use pairs::{Listed, Pair};
 
-/// Self-contact of a ring.
 #[derive(Clone, Debug)]
 pub(crate) struct SelfContact {
     instruction_set: InstructionSet,
@@ -109,7 +108,7 @@ impl RingForce for SelfContact {
             return;
         }
         // Only deformation counts: a droplet that falls without deforming needs no new list.
-        let skin = self.near.skin.width();
+        let skin = self.near.skin.width;
         let left = skin - self.listed.deformation(ring);
         if left > 0.1 * skin { self.near.skin.left = left } else { self.list(ring) }
     }

@@ -57,7 +57,7 @@ impl SelfContact {
         self.listed.note(ring);
         self.along.measure(ring);
         let boxes = block_boxes(ring);
-        let far = self.delta + self.near.skin.width();
+        let far = self.delta + self.near.skin.width;
         on_instruction_set!(self.instruction_set, simd => {
             for (a, &vertices) in boxes.iter().enumerate() {
                 for (b, &edges) in boxes.iter().enumerate() {

@@ -14,7 +14,6 @@ pub(super) struct Cell {
     pub(super) fate: Fate,
 }
 
-/// What is known of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fate {
     /// A dart waits to be judged.
@@ -50,7 +49,6 @@ enum Progress {
     Settled(Arc<Tile>),
 }
 
-/// All cells.
 #[derive(Debug)]
 pub(super) struct Grid {
     pub(super) board: Board,
@@ -64,10 +62,6 @@ impl Grid {
         let across = board.cells.div_ceil(TILE);
         let tiles = (0..across * across).map(|_| Progress::Untouched).collect();
         Self { board, across, tiles }
-    }
-
-    pub(super) fn tiles(&self) -> usize {
-        self.tiles.len()
     }
 
     /// The cells of all tiles that are neither untouched nor settled.

@@ -53,12 +53,10 @@ pub(super) struct Growth {
 }
 
 impl Growth {
-    /// Starts with an empty box.
     pub(super) fn new(board: Board) -> Self {
         Self { grid: Grid::new(board), rooms: HashMap::new(), chain: Vec::new() }
     }
 
-    /// Starts with a box that holds these discs.
     pub(super) fn onto(board: Board, discs: &[[f64; 2]]) -> Self {
         let mut growth = Self::new(board);
         for &at in discs {
@@ -68,14 +66,9 @@ impl Growth {
         growth
     }
 
-    /// Cells along a side of the box.
-    pub(super) fn cells(&self) -> usize {
-        self.grid.board.cells
-    }
-
-    /// Tiles along a side of the box.
-    pub(super) fn across(&self) -> usize {
-        self.grid.across
+    /// Cells and tiles along a side of the box.
+    pub(super) fn sides(&self) -> [usize; 2] {
+        [self.grid.board.cells, self.grid.across]
     }
 
     /// The next discs, at most `wanted`, in the order in which they are added.
@@ -101,7 +94,7 @@ impl Growth {
 
     /// Judges all darts up to a time. True if later darts still wait.
     fn judge_until(&mut self, until: f64) -> bool {
-        (0..self.grid.tiles()).fold(false, |waiting, tile| waiting | self.judge_tile(tile, until))
+        (0..self.grid.across * self.grid.across).fold(false, |waiting, tile| waiting | self.judge_tile(tile, until))
     }
 
     /// All discs except those given at the start.

@@ -13,14 +13,12 @@ pub(super) struct Room {
     random: ChaCha8Rng,
     /// Lower corners of the squares.
     squares: Vec<[f64; 2]>,
-    /// Side of the squares.
     side: f64,
     /// Misses since the squares were last quartered.
     misses: usize,
 }
 
 impl Room {
-    /// All of a cell; `number` is its number.
     pub(super) fn whole(board: &Board, cell: [usize; 2], number: u32) -> Self {
         let random = board.stream(Stream::Cell(number as usize));
         Self { random, squares: vec![board.corner(cell)], side: board.width, misses: 0 }
