@@ -2,9 +2,28 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Declares a choice among named ways; the first is the default.
+/// Gives the variants of an enum their names in files, tables and columns.
+macro_rules! names {
+    ($visibility:vis $kind:ident { $($variant:ident = $name:literal),+ $(,)? }) => {
+        impl $kind {
+            /// All names, in the order of the variants.
+            $visibility const NAMES: &'static [&'static str] = &[$($name),+];
+            /// Its name in files, tables and columns.
+            $visibility const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+            /// The variant of that name.
+            $visibility fn from_name(name: &str) -> Option<Self> {
+                match name { $($name => Some(Self::$variant),)+ _ => None }
+            }
+        }
+    };
+}
+pub(crate) use names;
+
+/// Declares a choice that campaign files make by name; the first variant is the default.
 macro_rules! choice {
-    ($(#[$doc:meta])* $kind:ident { $(#[$first_doc:meta])* $first:ident = $first_name:literal, $($(#[$way_doc:meta])* $way:ident = $name:literal),+ $(,)? }) => {
+    ($(#[$doc:meta])* $kind:ident { $(#[$first_doc:meta])* $first:ident = $first_name:literal, $($(#[$other_doc:meta])* $other:ident = $name:literal),+ $(,)? }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum $kind {
@@ -12,20 +31,9 @@ macro_rules! choice {
             #[default]
             #[serde(rename = $first_name)]
             $first,
-            $($(#[$way_doc])* #[serde(rename = $name)] $way),+
+            $($(#[$other_doc])* #[serde(rename = $name)] $other),+
         }
-        impl $kind {
-            /// All names, as campaign files write them; the default first.
-            pub const NAMES: &'static [&'static str] = &[$first_name, $($name),+];
-            /// The name that campaign files write.
-            pub const fn name(self) -> &'static str {
-                match self { Self::$first => $first_name, $(Self::$way => $name),+ }
-            }
-            /// The way of that name.
-            pub fn from_name(name: &str) -> Option<Self> {
-                match name { $first_name => Some(Self::$first), $($name => Some(Self::$way),)+ _ => None }
-            }
-        }
+        crate::parameters::names!(pub $kind { $first = $first_name, $($other = $name),+ });
         impl crate::parameters::parameter::Held for $kind {
             fn value(&self) -> crate::parameters::Value {
                 crate::parameters::Value::Word(self.name())
@@ -36,23 +44,22 @@ macro_rules! choice {
         }
     };
 }
-pub(super) use choice;
 
 choice!(
     /// What the wall stiffness E_w means.
     WallStiffness {
-        /// Shared by all edges: `k_w = E_w/N_v`.
+        /// The stiffness of all edges together: `k_w = E_w/N_v`.
         Total = "total",
-        /// The literal [C24] eq. 3: `k_w = 4 E_w/delta^2` for each.
+        /// The literal [C24] eq. 3: `k_w = 4 E_w/delta^2` for each edge.
         PerVertex = "per_vertex",
     }
 );
 choice!(
-    /// What of the ring touches walls.
+    /// Which part of the ring touches walls.
     ContactKind {
         /// Its edges.
         Edge = "edge",
-        /// Its vertices alone, the literal [C24] eq. 3.
+        /// Only its vertices, the literal [C24] eq. 3.
         Vertex = "vertex",
     }
 );
@@ -61,36 +68,45 @@ choice!(
     GravityForm {
         /// `M/N_v` on each vertex.
         Vertex = "vertex",
-        /// Minus the gradient of the area centroid: a hydrostatic pressure.
+        /// Minus the gradient of the potential of the area centroid: a hydrostatic pressure.
         Centroid = "centroid",
     }
 );
 choice!(
-    /// Whether the ring repels itself.
+    /// Whether the ring repels itself where it folds back.
     SelfContact {
-        /// Where it folds back, and at no cost elsewhere.
+        /// It does; a ring without folds costs nothing.
         Auto = "auto",
-        /// Not at all.
+        /// It does not.
         Off = "off",
     }
 );
 choice!(
     /// What happens when an obstacle comes to lie inside the ring.
     Engulfed {
-        /// The run fails.
+        /// The trajectory fails.
         Fail = "fail",
-        /// It goes on; the column `engulfed_t` of `stability` says when that happened.
+        /// The trajectory goes on; the column `engulfed_t` of `stability` says when that happened.
         Record = "record",
     }
 );
 choice!(
     /// Which integrator a campaign asks for; a job has a definite one.
     IntegratorChoice {
-        /// The cheaper of the two that is stable.
+        /// The implicit one where it is expected to cost less than half of Verlet's time, else Verlet.
         Auto = "auto",
         /// Modified velocity-Verlet.
         Verlet = "verlet",
         /// The implicit one.
+        Implicit = "implicit",
+    }
+);
+choice!(
+    /// The integrators.
+    Integrator {
+        /// Modified velocity-Verlet with implicit drag.
+        Verlet = "verlet",
+        /// Implicit backward differences of second order; only for the deformable particle.
         Implicit = "implicit",
     }
 );

@@ -15,7 +15,7 @@ pub enum Model {
     Soft(Soft),
 }
 
-/// The perimeter stiffness over line tension of [C24].
+/// The default of `kappa`, perimeter stiffness over line tension, as in [C24].
 pub(crate) const PAPER_KAPPA: f64 = 1e-3;
 
 /// Parameters of the deformable particle.
@@ -29,16 +29,16 @@ pub struct Deformable {
     pub k_a: f64,
     /// Number of vertices N_v.
     pub n_vertices: usize,
-    /// Wall stiffness E_w shared by all edges: `k_w = E_w/N_v`.
+    /// Wall stiffness E_w.
     pub e_w: f64,
     /// Vertex diameter delta: an edge touches a wall nearer than `delta/2`.
     pub delta: f64,
     /// Smoothing of the edge length, `eps/l0`.
     pub eps: f64,
-    /// What E_w means.
+    /// Whether E_w is the stiffness of all edges together or of each.
     #[serde(default, skip_serializing_if = "is_default")]
     pub wall: WallStiffness,
-    /// What of the ring touches walls.
+    /// Which part of the ring touches walls.
     #[serde(default, skip_serializing_if = "is_default")]
     pub contact: ContactKind,
     /// How gravity acts on the ring.
@@ -63,8 +63,7 @@ impl Model {
 }
 
 impl Deformable {
-    /// The droplet of line tension `gamma`, all else at its default: N_v = 256, kappa = 1e-3, K_a = 1e4, delta =
-    /// pi/256.
+    /// The droplet of line tension `gamma`; all other parameters have their defaults.
     ///
     /// ```
     /// let ring = meniscus::parameters::Deformable::of_tension(1.0);

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// Raised whenever the same job would give different numbers; results of older versions then count as stale.
+/// Raised whenever a change of the code makes a job give other numbers. Results of older versions then count as stale.
 pub const PHYSICS_VERSION: u32 = 4;
 
 /// Identity of a grid point: 80 bits of the hash of its canonical form, written as 20 hex digits.
@@ -14,7 +14,7 @@ pub struct PointId(u128);
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct JobId(u128);
 
-/// The first 80 bits of a blake3 hash; a million ids collide with probability 4e-13.
+/// The first 80 bits of a blake3 hash. Among a million ids two are equal with probability 4e-13.
 fn first_80_bits(hash: blake3::Hash) -> u128 {
     let mut wide = [0_u8; 16];
     wide[6..].copy_from_slice(&hash.as_bytes()[..10]);
@@ -29,12 +29,12 @@ impl PointId {
 }
 
 impl JobId {
-    /// Identity of the run `seed` of a grid point, under the current [`PHYSICS_VERSION`].
+    /// Identity of the job of a grid point and a seed, under the current [`PHYSICS_VERSION`].
     pub fn new(point: PointId, seed: u64) -> Self {
         Self::of_version(point, seed, PHYSICS_VERSION)
     }
 
-    /// Identity of the run `seed` of a grid point, under any physics version.
+    /// The same under any physics version.
     pub fn of_version(point: PointId, seed: u64, physics_version: u32) -> Self {
         let mut bytes = [0_u8; 28];
         bytes[..16].copy_from_slice(&point.0.to_be_bytes());

@@ -3,7 +3,7 @@
 use crate::parameters::written::Short;
 use std::fmt;
 
-/// The numbers between two ends, each end in or out.
+/// The numbers between two ends, each of which belongs to the interval or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     low: f64,
@@ -12,12 +12,10 @@ pub struct Interval {
     high_included: bool,
 }
 
-/// All numbers above `low`.
 pub(crate) const fn above(low: f64) -> Interval {
     Interval { low, low_included: false, high: f64::INFINITY, high_included: false }
 }
 
-/// All numbers from `low` on.
 pub(crate) const fn at_least(low: f64) -> Interval {
     Interval { low, low_included: true, high: f64::INFINITY, high_included: false }
 }
@@ -28,17 +26,16 @@ pub(crate) const fn between(low: f64, high: f64) -> Interval {
 }
 
 impl Interval {
-    /// The part of it up to and including `high`.
+    /// The same interval, but only up to and including `high`.
     pub(crate) const fn up_to(self, high: f64) -> Self {
         Self { high, high_included: true, ..self }
     }
 
-    /// The part of it below `high`.
     pub(crate) const fn below(self, high: f64) -> Self {
         Self { high, high_included: false, ..self }
     }
 
-    /// Whether the number lies in it.
+    /// Whether the number lies in the interval.
     pub fn contains(&self, number: f64) -> bool {
         let above_low = number > self.low || (self.low_included && number == self.low);
         let below_high = number < self.high || (self.high_included && number == self.high);

@@ -1,23 +1,23 @@
-//! One run of a grid point, and where it stands in a store.
+//! One trajectory to compute, and where it stands in a store.
 
-use crate::parameters::{JobId, Point, PointId};
+use crate::parameters::{JobId, Point, PointId, names};
 use std::sync::Arc;
 
 /// One trajectory to compute: a grid point and a seed.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// The grid point, shared by all its runs.
+    /// The grid point, which its jobs share.
     pub point: Arc<Point>,
     /// Identity of the point.
     pub point_id: PointId,
-    /// Seed of every random choice of this run.
+    /// Seed of all random numbers of the trajectory.
     pub seed: u64,
 }
 
 /// Where a job stands in a store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JobState {
-    /// Known, waiting to run.
+    /// Not yet computed.
     Pending,
     /// Taken by a worker.
     Running,
@@ -28,28 +28,13 @@ pub enum JobState {
 }
 
 impl Job {
-    /// Identity of this job, under the current [`PHYSICS_VERSION`].
+    /// Identity of this job, under the current physics version.
     pub fn id(&self) -> JobId {
         JobId::new(self.point_id, self.seed)
     }
 }
 
-impl JobState {
-    /// The name used in the column `state`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pending => "pending",
-            Self::Running => "running",
-            Self::Done => "done",
-            Self::Failed => "failed",
-        }
-    }
-
-    /// The state of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Pending, Self::Running, Self::Done, Self::Failed].into_iter().find(|state| state.name() == name)
-    }
-}
+names!(pub JobState { Pending = "pending", Running = "running", Done = "done", Failed = "failed" });
 
 #[cfg(test)]
 mod tests {

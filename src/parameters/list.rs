@@ -1,8 +1,7 @@
-//! The list of parameters: each is named here, and nowhere else.
+//! The list of parameters. Campaign files, the columns of the store, captions, tables and messages all read it.
 //!
-//! Campaign files, the columns of the store, captions, tables and messages read it. A new parameter is a field of
-//! [`Point`], or of a part of it, and a row here. Rows stand in the order in which people read them. Model and scene
-//! come first, for they settle which parts a point has.
+//! A new parameter needs a field of [`Point`], or of one of its parts, and a row here. The order of the rows is that of
+//! tables and messages. Model and scene come first, because they settle which parts a point has.
 
 use crate::parameters::interval::{above, at_least, between};
 use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
@@ -18,7 +17,7 @@ const CHANNEL: Applies = Applies::Scene("channel");
 const DISC: Applies = Applies::Scene("disc");
 const POSITIVE: Interval = above(0.0);
 
-/// The field of a point, or of a part that only some points have.
+/// The [`Field`] of a point, or of a part that only some points have.
 macro_rules! field {
     (point.$($name:ident).+) => {
         Field { get: |point| Some(point.$($name).+.value()), set: |point, value| point.$($name).+.put(value) }
@@ -42,6 +41,7 @@ macro_rules! field {
         }
     };
 }
+
 /// All parameters of a grid point.
 ///
 /// ```
@@ -144,12 +144,12 @@ pub static PARAMETERS: &[Parameter] = &[
         .number_or("none", at_least(1.0)).default_to("none").unit("t0"),
 ];
 
-/// The rows of that name: none if it is unknown, several where they depend on model or scene.
+/// The rows of that name: none if it is unknown, several if the parameter depends on model or scene.
 pub fn rows(name: &str) -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(move |parameter| parameter.name == name)
 }
 
-/// The value of the parameter of that name at a point; `None` where it means nothing.
+/// The value of the parameter of that name at a point; `None` if the point does not have it.
 pub fn value(point: &Point, name: &str) -> Option<Value> {
     rows(name).find_map(|parameter| parameter.get(point))
 }
@@ -160,7 +160,7 @@ pub fn columns() -> impl Iterator<Item = &'static Parameter> {
     PARAMETERS.iter().filter(|parameter| parameter.is_column).filter(first)
 }
 
-/// The model by its name; its numbers are still to be set.
+/// Setting the model sets its name only: its numbers are NaN until their own rows set them.
 const MODEL: Field = Field {
     get: |point| Some(Value::Word(point.model.name())),
     set: |point, value| {
@@ -171,7 +171,7 @@ const MODEL: Field = Field {
     },
 };
 
-/// The scene by its name; its numbers are still to be set.
+/// Setting the scene sets its name only, as with the model.
 const SCENE: Field = Field {
     get: |point| Some(Value::Word(point.scene.name())),
     set: |point, value| {
@@ -186,7 +186,7 @@ const SCENE: Field = Field {
     },
 };
 
-/// A point keeps the line tension alone, `Gamma = 1/Bo`.
+/// A point keeps only the line tension, `Gamma = 1/Bo`.
 const BOND: Field = Field {
     get: |_| None,
     set: |point, value| {
@@ -196,7 +196,7 @@ const BOND: Field = Field {
     },
 };
 
-/// A point that does not say otherwise has the exponent of the paper.
+/// `None` in a point stands for the exponent of the paper.
 const ALPHA: Field = Field {
     get: |point| Some(Value::Number(point.alpha.unwrap_or(PAPER_ALPHA))),
     set: |point, value| point.alpha.put(value),
@@ -206,7 +206,6 @@ const ALPHA: Field = Field {
 mod tests {
     use super::*;
 
-    /// A point of each model in each scene, its numbers still to be set.
     fn points() -> impl Iterator<Item = Point> {
         let made = |(model, scene)| {
             let mut point = Point::new(Model::Soft(Soft { e_w: 1.0 }), Scene::Plate);
@@ -218,7 +217,6 @@ mod tests {
         ["DP", "SP"].into_iter().flat_map(move |model| scenes.map(|scene| (model, scene))).map(made)
     }
 
-    /// Values that a parameter may have at a point.
     fn samples(parameter: &Parameter) -> Vec<Value> {
         let words = parameter.domain.words().iter().map(|word| Value::Word(word));
         let words = words.filter(|word| !parameter.is_open(*word));

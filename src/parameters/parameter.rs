@@ -26,35 +26,35 @@ pub enum Domain {
     Whole(Interval),
 }
 
-/// Where a parameter means something.
+/// Which grid points have a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Applies {
-    /// Everywhere.
+    /// All.
     Always,
-    /// To this model.
+    /// Those of this model.
     Model(&'static str),
-    /// In this scene.
+    /// Those in this scene.
     Scene(&'static str),
 }
 
-/// One parameter of a grid point; where its range or its meaning depends on model or scene, one row for each of them.
+/// One parameter of a grid point. A parameter whose range or meaning depends on model or scene has several rows.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Its name: the key of campaign files, the column of `runs`, the word in captions and tables.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// What it is, in one line.
     pub about: &'static str,
     /// Its unit; empty for words and pure numbers.
     pub unit: &'static str,
-    /// Where it means something.
+    /// Which grid points have it.
     pub applies: Applies,
     /// The values that campaign files may give it.
     pub domain: Domain,
     /// Its value in a campaign file that leaves it out; `None` if it must be given.
     pub default: Option<Value>,
-    /// What the word `auto` stands for, in words; empty where a campaign has nothing to choose.
+    /// What the value `auto` means; empty if the parameter has no such value.
     pub auto: &'static str,
-    /// The parameter that campaign files give by it in another form; a point keeps that one alone.
+    /// The parameter of which this one is another form: `bond` stands for `gamma`. A point keeps only that parameter.
     pub instead_of: Option<&'static str>,
     /// Whether campaign files write it under `[limits]`, rather than at the top.
     pub is_limit: bool,
@@ -62,26 +62,23 @@ pub struct Parameter {
     pub is_column: bool,
     /// Whether captions name it.
     pub in_captions: bool,
-    /// Where a point keeps it.
+    /// How it is read from a point and written into one.
     pub(super) field: Field,
 }
 
-/// Reads a parameter from a point and writes it into one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field {
     pub(super) get: fn(&Point) -> Option<Value>,
     pub(super) set: fn(&mut Point, Value),
 }
 
-/// A type of fields that parameters are kept in.
+/// The type of a field of a point that holds a parameter.
 pub(super) trait Held: Sized {
-    /// The field as a value.
     fn value(&self) -> Value;
 
-    /// The field of that value; `None` if the type cannot hold it.
+    /// `None` if the type cannot hold the value.
     fn of(value: Value) -> Option<Self>;
 
-    /// Puts the value into the field, if the type can hold it.
     fn put(&mut self, value: Value) {
         if let Some(held) = Self::of(value) {
             *self = held;
@@ -109,7 +106,7 @@ impl Held for usize {
     }
 }
 
-/// No number is the word `none`.
+/// `None` is the word `none`.
 impl Held for Option<f64> {
     fn value(&self) -> Value {
         self.map_or(Value::Word("none"), Value::Number)
@@ -152,7 +149,7 @@ impl Value {
 }
 
 impl Domain {
-    /// What is allowed, to follow "must be".
+    /// The allowed values in words, as they follow "must be".
     pub fn allowed(&self) -> String {
         match self {
             Self::Text => "a text in quotes".to_owned(),
@@ -163,9 +160,9 @@ impl Domain {
         }
     }
 
-    /// The number, if it is allowed; minus zero becomes zero.
+    /// The number, if it is allowed. Minus zero becomes zero: it is the same number, and must not give a job two
+    /// identities.
     pub fn number(&self, number: f64) -> Option<f64> {
-        // Minus zero and zero are the same number, and must not give a job two identities.
         let number = number + 0.0;
         match self {
             Self::Number(interval) | Self::NumberOr(interval, _) => interval.contains(number).then_some(number),
@@ -189,7 +186,6 @@ impl Domain {
     }
 }
 
-/// `"a", "b" or "c"`.
 fn alternatives(words: &[&str]) -> String {
     match words {
         [] => String::new(),
@@ -200,7 +196,7 @@ fn alternatives(words: &[&str]) -> String {
 }
 
 impl Applies {
-    /// Whether that is so for this model and scene.
+    /// Whether a point of this model in this scene has the parameter.
     pub fn to(self, model: &str, scene: &str) -> bool {
         match self {
             Self::Always => true,
@@ -211,23 +207,23 @@ impl Applies {
 }
 
 impl Parameter {
-    /// Whether the value leaves the choice to the campaign.
+    /// Whether the value is an `auto` that the campaign replaces.
     pub(crate) fn is_open(&self, value: Value) -> bool {
         !self.auto.is_empty() && value == Value::Word("auto")
     }
 
-    /// Its value at a point; `None` where it means nothing.
+    /// Its value at a point; `None` if the point does not have it.
     pub fn get(&self, point: &Point) -> Option<Value> {
         (self.field.get)(point)
     }
 
-    /// Writes it into a point; nothing happens where it means nothing, or if the point cannot hold such a value.
+    /// Writes it into a point. Nothing happens if the point does not have the parameter or cannot hold such a value.
     pub fn set(&self, point: &mut Point, value: Value) {
         (self.field.set)(point, value);
     }
 }
 
-/// A parameter that is required; what follows it in the list says the rest.
+/// A row of the list that is required and has no domain yet; the methods below complete it.
 pub(super) const fn parameter(name: &'static str, about: &'static str, field: Field) -> Parameter {
     Parameter {
         name,
@@ -245,7 +241,6 @@ pub(super) const fn parameter(name: &'static str, about: &'static str, field: Fi
     }
 }
 
-/// How the rows of the list are written.
 impl Parameter {
     pub(super) const fn of(self, applies: Applies) -> Self {
         Self { applies, ..self }
@@ -263,7 +258,6 @@ impl Parameter {
         Self { domain: Domain::Whole(interval), ..self }
     }
 
-    /// One of these words, the first by default.
     pub(super) const fn choice(self, words: &'static [&'static str]) -> Self {
         Self { domain: Domain::Choice(words), default: Some(Value::Word(words[0])), ..self }
     }
@@ -280,7 +274,7 @@ impl Parameter {
         Self { default: Some(Value::Word(word)), ..self }
     }
 
-    /// The word `auto` is the default, and stands for this.
+    /// `auto` is the default and means this.
     pub(super) const fn auto(self, meaning: &'static str) -> Self {
         Self { auto: meaning, ..self }.default_to("auto")
     }
@@ -289,7 +283,6 @@ impl Parameter {
         Self { unit, ..self }
     }
 
-    /// Another form of this parameter.
     pub(super) const fn instead_of(self, name: &'static str) -> Self {
         Self { instead_of: Some(name), ..self }
     }

@@ -4,7 +4,7 @@
 //! is the identity of the point. A field that is added later carries `#[serde(default, skip_serializing_if = ...)]`
 //! with the value that means "as before": old points then keep their hashes, and nothing is computed twice.
 
-use crate::parameters::{Integrator, Limits, Model, PointId, Scene, Stepping};
+use crate::parameters::{Integrator, Model, PointId, Scene};
 use serde::{Deserialize, Serialize};
 
 /// The exponent of the near-wall drag of [C24].
@@ -22,23 +22,43 @@ pub struct Point {
     /// Strength of the near-wall drag, `b0/b_inf` ([C24] eq. 6); zero switches it off.
     #[serde(default, skip_serializing_if = "is_default")]
     pub b0: f64,
-    /// Exponent of the near-wall drag; the paper's 4/3 unless said otherwise.
+    /// Exponent of the near-wall drag; `None` is the paper's 4/3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alpha: Option<f64>,
     /// How time advances.
     pub stepping: Stepping,
-    /// When a run ends.
+    /// When the trajectory ends.
     pub limits: Limits,
     /// Time between two recorded samples, in t0.
     pub sample_every: f64,
-    /// Time between two kept shapes, in t0; `None` keeps the last alone.
+    /// Time between two kept outlines, in t0; `None` keeps only the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shapes_every: Option<f64>,
 }
 
+/// How time advances.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stepping {
+    /// The integrator.
+    pub integrator: Integrator,
+    /// Time step, in t0.
+    pub dt: f64,
+}
+
+/// When a trajectory ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Longest simulated time, in t0.
+    pub t_max: f64,
+    /// Displacement along +x after which the trajectory ends, in sigma.
+    pub distance: Option<f64>,
+    /// A droplet that has once moved is clogged when E_k/E_t falls below this ([C24] App. C).
+    pub ek_threshold: f64,
+}
+
 impl Point {
-    /// A droplet in a scene, all else as a campaign has it by default: V_t = 0.03 without near-wall drag, to a clog or
-    /// T = 2e5, a sample every 10 t0. Its steps are Verlet's, of 1e-3; a campaign chooses others.
+    /// A droplet in a scene, with the defaults of campaign files. Only its stepping is not chosen: it is Verlet with
+    /// steps of 1e-3.
     pub fn new(model: Model, scene: Scene) -> Self {
         Self {
             model,
@@ -53,9 +73,9 @@ impl Point {
         }
     }
 
-    /// The canonical text of this point, the one that is hashed and stored.
+    /// The canonical text of this point, which is hashed and stored.
     ///
-    /// Numbers must be finite, which a validated campaign guarantees; JSON writes others as `null`.
+    /// Its numbers must be finite, as a validated campaign guarantees; JSON writes others as `null`.
     pub fn canonical(&self) -> String {
         serde_json::to_string(self).expect("a point holds only plain numbers and names")
     }
@@ -66,7 +86,7 @@ impl Point {
     }
 }
 
-/// Whether a field has the value that means "as before the field was there".
+/// Whether a field has its default, which the canonical text leaves out.
 pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

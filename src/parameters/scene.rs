@@ -1,4 +1,4 @@
-//! Where a droplet moves: what a scene is made of, and its measures in sigma.
+//! Where a droplet moves. All lengths are in sigma.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub enum Scene {
     Disc(LoneDisc),
 }
 
-/// One disc around the origin, and a droplet that comes down on it.
+/// One disc around the origin, onto which a droplet falls.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoneDisc {
     /// Diameter of the disc.
@@ -28,7 +28,7 @@ pub struct LoneDisc {
     pub offset: f64,
     /// Where the centroid starts along x.
     pub h_start: f64,
-    /// Where the run ends, past the disc.
+    /// Where the trajectory ends, past the disc.
     pub h_end: f64,
 }
 
@@ -43,13 +43,13 @@ pub struct Channel {
     pub tip_radius: f64,
     /// Where the centroid starts.
     pub h_start: f64,
-    /// Where the run ends, past the orifice.
+    /// Where the trajectory ends, past the orifice.
     pub h_end: f64,
 }
 
 impl Channel {
     /// Where a circle of radius R on the axis first touches the wedges: `h = -(R + r - (w/2 + r) cos a)/sin a` for the
-    /// angle a and the tip radius r; zero if the circle passes untouched.
+    /// angle a and the tip radius r; zero if the circle passes without touching.
     pub fn first_contact(&self, radius: f64) -> f64 {
         let (sin, cos) = libm::sincos(self.angle.to_radians());
         let r = self.tip_radius;
@@ -57,7 +57,7 @@ impl Channel {
     }
 }
 
-/// A periodic box of discs placed by random sequential addition; with the seed it names one array.
+/// A periodic box of discs placed by random sequential addition. Together with a seed it names one array.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleField {
     /// Smallest gap between two disc surfaces.
@@ -76,7 +76,7 @@ pub enum Density {
     /// Until no further disc fits.
     #[serde(rename = "saturated")]
     Saturated,
-    /// So many discs per sigma^2.
+    /// This many discs per sigma^2.
     #[serde(rename = "number")]
     Number(f64),
 }

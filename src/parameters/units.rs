@@ -1,5 +1,4 @@
-//! The measures that the units settle: with `sigma = g = rho = 1` a droplet has the mass [`MASS`], and a ring of N_v
-//! vertices the edge length [`regular_edge`].
+//! Quantities that follow from the units `sigma = g = rho = 1` alone.
 
 /// Mass of the droplet, `M = rho a0 = pi/4`.
 pub const MASS: f64 = std::f64::consts::FRAC_PI_4;

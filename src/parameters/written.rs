@@ -8,12 +8,12 @@ pub struct Short(pub f64);
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (plain, powers) = (format!("{}", self.0), format!("{:e}", self.0));
-        // Powers of ten where they save two characters at least.
+        // With a power of ten only where that saves at least two characters.
         f.pad(if powers.len() + 2 <= plain.len() { &powers } else { &plain })
     }
 }
 
-/// The number cut to three significant digits, so that a limit shown is never above the true one.
+/// The number rounded down to three significant digits, so that a limit that is shown is never above the true one.
 pub(crate) fn cut_to_three_digits(number: f64) -> f64 {
     let near: f64 = format!("{number:.2e}").parse().expect("a formatted number reads back");
     if near <= number {

@@ -1,6 +1,6 @@
-//! What can be read off a droplet at one instant.
+//! What is measured on a droplet at one instant.
 
-/// What can be read off a droplet at one instant.
+/// What is measured on a droplet at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observation {
     /// Unwrapped centroid, x.

@@ -1,6 +1,5 @@
-//! What a study reads of finished runs, and the rows that it answers with, one for each grid point.
-//!
-//! The store reads the runs and keeps the rows; the studies of survival and of speed compute one from the other.
+//! What the studies read of finished runs, and the rows that they make of them, one for each grid point. The store
+//! provides the runs and keeps the rows.
 
 use crate::parameters::{Point, PointId};
 use crate::results::trajectory::{Mechanism, Outcome, Samples};
@@ -16,7 +15,7 @@ pub struct PointRuns {
     pub runs: Vec<FinishedRun>,
 }
 
-/// What a fit needs of one finished run.
+/// The part of one finished run that fits need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinishedRun {
     /// Seed of the run.
@@ -29,7 +28,7 @@ pub struct FinishedRun {
     pub t_end: f64,
     /// Mean speed after the start-up, in V_t.
     pub v_g_mean: Option<f64>,
-    /// How it clogged, if it did.
+    /// How the clog holds, if the run ended in one.
     pub mechanism: Option<Mechanism>,
 }
 
@@ -38,7 +37,7 @@ pub struct FinishedRun {
 pub struct LambdaFit {
     /// Finished runs.
     pub runs: u32,
-    /// Runs that clogged; the others are censored at their displacement.
+    /// Runs that clogged; every other run is censored at its displacement.
     pub clogs: u32,
     /// Maximum-likelihood lambda = (sum of all r)/clogs, in sigma; `None` when nothing clogged.
     pub lambda: Option<f64>,
@@ -50,7 +49,7 @@ pub struct LambdaFit {
     pub lambda_least_squares: Option<f64>,
     /// Probability that clogs are spread as unevenly as these, or more so, if survival is exponential.
     pub p_exponential: Option<f64>,
-    /// Runs in total that narrow the interval to +-10%, at the present share of clogs.
+    /// Total number of runs that would narrow the interval to +-10%, at the present share of clogs.
     pub runs_for_ten_percent: Option<u32>,
 }
 
@@ -71,7 +70,7 @@ pub struct SpeedAverage {
     pub ca: Option<f64>,
 }
 
-/// What one job left: a summary of the run or the reason of its failure, and its time series.
+/// The stored result of one job: a summary of the run or the reason of its failure, and its time series.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunRecord {
     /// Seed of the run.
@@ -88,7 +87,7 @@ pub struct RunRecord {
     pub v_g_mean: Option<f64>,
     /// E_k/E_t at the end.
     pub ek_ratio_end: f64,
-    /// Depth on the plate.
+    /// How deep the droplet sank on the plate, in sigma.
     pub delta_s: Option<f64>,
     /// Seconds that the run took on one thread.
     pub wall_s: f64,

@@ -1,11 +1,10 @@
-//! The outline of a droplet at one instant, and the loads that it rests on.
+//! The outline of a droplet at one instant, and the forces of the obstacles on it.
 //!
-//! Outlines are kept so that people can look at a droplet later, and so that the mechanism of a clog can be judged.
-//!
-//! A square of side 1, its corners counter-clockwise:
+//! Outlines are kept for pictures, and to tell how a clog holds.
 //!
 //! ```
 //! use meniscus::results::outline::Outline;
+//! // A square of side 1.
 //! let square = Outline { x: vec![5.0, 6.0, 6.0, 5.0], y: vec![1.0, 1.0, 2.0, 2.0], ..Outline::default() };
 //! assert_eq!(square.centroid(), [5.5, 1.5]);
 //! assert_eq!(square.bounds(), [5.0, 6.0, 1.0, 2.0]);
@@ -22,35 +21,29 @@ use serde::{Deserialize, Serialize};
 pub struct Outline {
     /// Time, in t0.
     pub t: f64,
-    /// x of each vertex, counter-clockwise; of the one point for SP.
+    /// x of each vertex, counter-clockwise; a soft particle has one point.
     pub x: Vec<f64>,
     /// y of each vertex.
     pub y: Vec<f64>,
-    /// The loads that obstacles carry, in the order of the obstacles.
+    /// The loads that obstacles carry, by their numbers.
     pub loads: Vec<LoadRecord>,
 }
 
-/// The load that one obstacle carries, as it is kept with an outline.
+/// The load that one obstacle carries.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadRecord {
-    /// Which obstacle of the scene.
+    /// Number of the obstacle in its scene.
     pub obstacle: u32,
-    /// x of the point where the force acts on average.
+    /// x of the mean point of contact, weighted by the force.
     pub x: f64,
     /// y of that point.
     pub y: f64,
-    /// x of the force on the droplet, whose weight is pi/4.
+    /// x of the force on the droplet. The weight of a droplet is pi/4.
     pub fx: f64,
     /// y of the force on the droplet.
     pub fy: f64,
-    /// Angle by which the surface turns along the contact, in radians.
+    /// Angle by which the normal turns along the contact, in radians.
     pub turn: f64,
-}
-
-impl LoadRecord {
-    fn numbers(&self) -> [f64; 5] {
-        [self.x, self.y, self.fx, self.fy, self.turn]
-    }
 }
 
 impl Outline {
@@ -62,13 +55,13 @@ impl Outline {
             && self.t.is_finite()
             && finite(&self.x)
             && finite(&self.y)
-            && self.loads.iter().all(|load| finite(&load.numbers()))
+            && self.loads.iter().all(|load| finite(&[load.x, load.y, load.fx, load.fy, load.turn]))
     }
 
     /// Centroid of the area; the point itself for SP.
     pub fn centroid(&self) -> [f64; 2] {
         let (Some(&x0), Some(&y0)) = (self.x.first(), self.y.first()) else { return [f64::NAN; 2] };
-        // Sums relative to vertex 0 keep the cancellation small.
+        // Places relative to vertex 0 keep cancellation small.
         let (mut twice_area, mut moment) = (0.0, [0.0; 2]);
         for [[ax, ay], [bx, by]] in self.edges(x0, y0) {
             let cross = ax * by - bx * ay;

@@ -1,5 +1,6 @@
 //! The result of one run: a [`Trajectory`] with its outcome, summary numbers, clog and samples, or a [`Failure`].
 
+use crate::parameters::names;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
@@ -37,16 +38,16 @@ pub struct Trajectory {
     pub area_error_max: Option<f64>,
     /// Largest recorded overlap with an obstacle, in sigma.
     pub overlap_max: f64,
-    /// Largest rise of the total energy above its lowest earlier value; a stable run has round-off and O(dt^2) only.
+    /// Largest rise of the total energy above its lowest earlier value; only round-off and O(dt^2) in a stable run.
     pub energy_rise_max: f64,
-    /// Lowest E_k/E_t at a check after the start; the rest before the start does not count.
+    /// Lowest E_k/E_t at any check after the start.
     pub ek_ratio_min: f64,
-    /// When an obstacle was first seen inside the ring, in t0; `None` if that never happened. Such a run goes on only
-    /// where the campaign says `engulfed = "record"`; elsewhere it fails.
+    /// When an obstacle was first seen inside the ring, in t0. Such a run goes on only if the campaign says
+    /// `engulfed = "record"`; otherwise it fails.
     pub engulfed_t: Option<f64>,
-    /// Stretches of Verlet steps, or single implicit steps, that were refused and taken again in smaller ones.
+    /// How many stretches of Verlet steps, or implicit steps, were refused and taken again in smaller steps.
     pub refused: u64,
-    /// Depth the droplet sank on the plate; `None` elsewhere.
+    /// How deep the droplet sank on the plate, in sigma; `None` in other scenes.
     pub delta_s: Option<f64>,
     /// Time steps taken.
     pub steps: u64,
@@ -54,7 +55,7 @@ pub struct Trajectory {
     pub clog: Option<Clog>,
     /// Recorded time series.
     pub samples: Samples,
-    /// Kept outlines, by time; the last one is the outline at the end.
+    /// Kept outlines, by time; the last one is that at the end.
     pub outlines: Vec<Outline>,
 }
 
@@ -75,7 +76,7 @@ pub struct Clog {
     pub shape: Option<f64>,
     /// Number of obstacles that carry load.
     pub contacts: u32,
-    /// How the clog holds, where that is known.
+    /// How the clog holds; `None` if nothing pushes against gravity.
     pub mechanism: Option<Mechanism>,
 }
 
@@ -115,7 +116,7 @@ pub struct Samples {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}: {reason} (step {step})", class.name())]
 pub struct Failure {
-    /// What kind of failure.
+    /// The kind of failure.
     pub class: FailureClass,
     /// What happened, in a sentence.
     pub reason: String,
@@ -142,35 +143,13 @@ pub enum FailureClass {
     BadInput,
 }
 
-macro_rules! names {
-    ($kind:ident { $($variant:ident = $name:literal),+ $(,)? }) => {
-        impl $kind {
-            /// Its name in tables and files.
-            pub const fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
-            }
-            /// The variant of that name.
-            pub fn from_name(name: &str) -> Option<Self> {
-                match name { $($name => Some(Self::$variant),)+ _ => None }
-            }
-        }
-    };
-}
-names!(Outcome {
-    Clogged = "clogged",
-    TimeLimit = "time_limit",
-    Distance = "distance",
-    Exited = "exited",
-    Settled = "settled",
+names!(pub Outcome {
+    Clogged = "clogged", TimeLimit = "time_limit", Distance = "distance", Exited = "exited", Settled = "settled",
 });
-names!(Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
-names!(FailureClass {
-    Unstable = "unstable",
-    Engulfed = "engulfed",
-    Crossed = "crossed",
-    Panicked = "panicked",
-    Io = "io",
-    BadInput = "bad_input",
+names!(pub Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
+names!(pub FailureClass {
+    Unstable = "unstable", Engulfed = "engulfed", Crossed = "crossed",
+    Panicked = "panicked", Io = "io", BadInput = "bad_input",
 });
 
 impl Samples {

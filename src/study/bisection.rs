@@ -1,10 +1,8 @@
-//! The root of a function in one unknown, to the last bit.
-//!
-//! A few dozen halvings cost nothing here, and the answer is the same on every machine: this is why no solver with a
-//! tolerance is used.
+//! The root of a function of one variable, to the last bit. This is own code because solvers with a tolerance do not
+//! give the same bits on every machine.
 
-/// Halves `[a, b]`, at whose ends `f` has different signs, until no number lies between; the sign changes from the
-/// first number returned to the second.
+/// Halves `[a, b]`, at whose ends `f` has different signs, until no number lies between. Returns the two neighbouring
+/// numbers at which `f` has different signs.
 pub(super) fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> [f64; 2] {
     let sign = f(a) > 0.0;
     loop {

@@ -16,7 +16,7 @@ pub struct FittedPoint<'a> {
     pub speed: SpeedAverage,
 }
 
-/// Fits every point, in parallel over points; answers come in the order of the points.
+/// Fits every point, in parallel; the answers have the order of the points.
 pub fn fit_all(points: &[PointRuns]) -> Vec<FittedPoint<'_>> {
     let fit = |point| FittedPoint { point, lambda: lambda_fit(point), speed: speed_average(point) };
     points.par_iter().map(fit).collect()

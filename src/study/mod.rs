@@ -1,18 +1,17 @@
-//! From results to answers: rows in, tables out. There is no SQL here, no file is opened, and no clock is asked.
+//! From results to answers: rows in, tables out. Nothing here touches SQL, files or the clock.
 //!
-//! This layer knows parameters, results, physics and campaigns. It stands below the store, so that a campaign that runs
-//! can ask whether a grid point needs another round of seeds.
+//! This layer knows parameters, results, physics and campaigns.
 //!
 //! | module | question |
 //! |---|---|
 //! | [`survival`] | how far does a droplet get before it clogs? |
 //! | [`speed`] | how fast does it flow? |
-//! | [`fits`] | both, of every grid point at once |
+//! | [`fits`] | both, for every grid point |
 //! | [`accuracy`] | how wrong are the numbers, and what does a better one cost? |
-//! | [`calibrate`] | which line tension and near-wall drag has a droplet that was filmed? |
+//! | [`calibrate`] | what are the line tension and the near-wall drag of a droplet that was filmed? |
 //!
-//! Read [`survival`] first. Every answer depends on its runs alone, not on their order nor on the number of threads:
-//! runs are sorted first, and the bootstrap draws from ChaCha8 with a fixed seed.
+//! Read [`survival`] first. No answer depends on the order of the runs or on the number of threads: runs are sorted
+//! first, and the bootstrap draws from ChaCha8 with a fixed seed.
 
 pub mod accuracy;
 mod bisection;

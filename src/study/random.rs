@@ -11,7 +11,7 @@ pub(super) fn uniform(random: &mut ChaCha8Rng) -> f64 {
 
 /// A uniform draw from `0..n`, for `n > 0`.
 pub(super) fn index(random: &mut ChaCha8Rng, n: usize) -> usize {
-    // The product may round up to n, which is not an index.
+    // The product may be rounded up to n.
     ((uniform(random) * n as f64) as usize).min(n - 1)
 }
 

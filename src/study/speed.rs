@@ -1,7 +1,7 @@
-//! Mean speed of a grid point: the mean over its runs that flow. The speed of a run is the slope of its r(t) after the
-//! start-up.
+//! Mean speed of a grid point: the mean over its runs that did not clog. The speed of a run is the slope of its r(t)
+//! after the start-up.
 //!
-//! **Interval.** Ten arrays a point are common, and the interval of a plain percentile bootstrap of ten values is too
+//! **Interval.** Ten arrays per point are common, and the interval of a plain percentile bootstrap of ten values is too
 //! narrow. Coverage of nominal 95% intervals for ten values (4000 sets each):
 //!
 //! | | normal | log-normal (0.5) | exponential |
@@ -10,10 +10,9 @@
 //! | BCa | 90% | 89% | 88% |
 //! | studentised (used) | 95% | 94% | 94% |
 //!
-//! Each resample gives `t* = (its mean - mean)/(its standard error)`, and with the quantiles of t* the interval is
-//! `[mean - t*(97.5%) e, mean - t*(2.5%) e]`, where e is the standard error of the mean. A resample that repeats one
-//! value has no t*. If more than 1% of the resamples are such, as is the case for four values or fewer, there is no
-//! interval.
+//! Each resample gives `t* = (its mean - mean)/(its standard error)`. With the quantiles of t* and the standard error e
+//! of the mean, the interval is `[mean - t*(97.5%) e, mean - t*(2.5%) e]`. A resample that repeats one value has no t*.
+//! If that happens in more than 1% of the resamples, as with four values or fewer, there is no interval.
 
 use crate::parameters::Model;
 use crate::results::fits::{PointRuns, SpeedAverage};
@@ -22,23 +21,21 @@ use crate::study::random::index;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Fewest runs that give an interval.
+/// An interval needs at least this many runs.
 const FEWEST_RUNS: usize = 5;
 
-/// Number of resamples: the 250th from either end bound the central 95%.
-///
-/// The seed is fixed, so all points share the luck of these draws; fewer draws would shift all intervals together.
+/// Number of resamples; the 250th from either end bound the central 95%. All points share the random numbers, because
+/// the seed is fixed. So the number is large: with few resamples all intervals would be shifted in the same way.
 const RESAMPLES: usize = 9999;
 
-/// Most resamples that may repeat one value, 1%: of five different values 0.16% do, of four 1.6%.
+/// Largest number of resamples that may repeat one value, 1%. Of five different values 0.16% do so, of four 1.6%.
 const MOST_REPEATED: usize = RESAMPLES / 100;
 
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0073_7065_6564;
 
-/// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have one, with a 95% interval.
-///
-/// `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP. The interval needs five such runs.
+/// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have a speed, with a 95% interval if there
+/// are five such runs. `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP.
 ///
 /// Two runs flow at 0.6 and 0.8 V_t, the third clogs:
 ///
@@ -79,8 +76,7 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     }
 }
 
-/// The 95% interval of the mean by the studentised bootstrap; `None` if there are fewer than five values or most are
-/// equal.
+/// The 95% interval of the mean by the studentised bootstrap; `None` for fewer than five values or too many equal ones.
 fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
     if values.len() < FEWEST_RUNS {
         return None;
@@ -92,7 +88,7 @@ fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
     for _ in 0..RESAMPLES {
         resample.fill_with(|| values[index(&mut random, values.len())]);
         let (mean, own_error) = mean_and_error(&resample);
-        // The standard error of one value repeated is round-off.
+        // If all values of a resample are equal, their standard error is round-off.
         if own_error > 1e-6 * error {
             deviations.push((mean - centre) / own_error);
         }

@@ -1,22 +1,22 @@
-//! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose errors stay below it.
+//! `tolerance = 0.01`: the cheapest measured setting of N_v, dt and integrator whose error is at most the tolerance.
 //!
 //! The settings and their errors stand in `measured.toml`, which `meniscus accuracy --record` writes. The error of a
-//! setting is the largest relative error of the headline observables of its kind of scene, what could not be resolved
-//! added:
+//! setting is the largest relative error of the headline observables of its kind of scene. It includes what the
+//! measurement could not resolve.
 //!
 //! | kind | observables |
 //! |---|---|
 //! | channel | `A_max - 1`, transit time from h = -1 to 1 |
-//! | flow: arrays whose gaps are as wide as the droplet, or wider | `<v_g>` |
+//! | flow: arrays whose gaps are at least as wide as the droplet | `<v_g>` |
 //! | clog: arrays of narrower gaps | lambda |
 //! | free | V_t, E_k/E_t, the way fallen |
 //!
-//! Arrays are the same at every setting: what counts is what discretisation does to the same droplets, not how few they
-//! are. Each kind was measured at one tension, which the table names. Near a threshold of passing errors are larger
-//! than anywhere else.
+//! All settings were measured in the same arrays, so the errors are those of discretisation and not of the small number
+//! of arrays. Each kind was measured at one tension, which the table names. Errors are largest near the tension at
+//! which a droplet just passes.
 //!
-//! A measured dt that is above 0.8 of the stability limit of a point is cut to that: a smaller step is no less
-//! accurate.
+//! At a point whose stability limit is lower, a measured dt is reduced to 0.8 of that limit; the smaller step is no
+//! less accurate.
 
 use crate::campaign::choose::stepping;
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point, Scene, Stepping};
@@ -25,10 +25,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-/// Vertices of a ring by default.
 const DEFAULT_VERTICES: usize = 256;
 
-/// N_v, the integrator, and its step where that is not the automatic one.
+/// N_v, the integrator, and its step; `None` is the automatic step.
 pub(crate) type Knobs = (usize, Integrator, Option<f64>);
 
 /// A kind of scene that settings were measured in.
@@ -37,16 +36,15 @@ pub(crate) type Knobs = (usize, Integrator, Option<f64>);
 pub enum Kind {
     /// A droplet that touches nothing.
     Free,
-    /// Through a constriction.
+    /// A droplet that passes a constriction.
     Channel,
-    /// In an array whose gaps let the droplet pass.
+    /// An array whose gaps are at least as wide as the droplet.
     Flow,
-    /// In an array of narrower gaps.
+    /// An array of narrower gaps.
     Clog,
 }
 
 impl Kind {
-    /// All of them.
     pub(crate) const ALL: [Self; 4] = [Self::Free, Self::Channel, Self::Flow, Self::Clog];
 
     /// The kind of a deformable droplet's scene; `None` where nothing was measured.
@@ -63,7 +61,7 @@ impl Kind {
         }
     }
 
-    /// Where: "in channels".
+    /// The kind in words that follow "measured".
     pub(crate) const fn place(self) -> &'static str {
         match self {
             Self::Free => "in free flight",
@@ -74,7 +72,7 @@ impl Kind {
     }
 }
 
-/// A setting, what it costs, and how far off it is.
+/// A setting, its cost and its error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
@@ -85,13 +83,13 @@ pub struct Setting {
     /// Its step, in t0; `None` is the automatic one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dt: Option<f64>,
-    /// The step that was taken when it was measured, in t0.
+    /// The step at which it was measured, in t0.
     pub step: f64,
     /// Milliseconds of CPU per t0 on the machine of the table.
     pub ms_per_t0: f64,
-    /// The largest of its errors.
+    /// The largest relative error of its headline observables.
     pub error: f64,
-    /// Of what.
+    /// The observable that has this error.
     pub of: String,
 }
 
@@ -99,45 +97,40 @@ pub struct Setting {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Measured {
-    /// In which scenes.
+    /// The scenes in words, with their parameters.
     pub scenes: String,
     /// The settings.
     pub settings: Vec<Setting>,
 }
 
-/// The table.
+/// The table in `measured.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// The machine it was measured on, the day, and the program's commit.
+    /// Machine, day and commit of the measurement.
     pub measured: String,
     /// What was measured, by kind.
     pub kinds: BTreeMap<Kind, Measured>,
 }
 
-/// The setting that a point takes for a tolerance.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Choice<'t> {
-    /// The setting.
     pub(crate) setting: &'t Setting,
-    /// What it makes of the point.
+    /// Integrator and step at the point.
     pub(crate) stepping: Stepping,
-    /// The time it takes over that of the defaults, by the table; `None` if those were not measured.
+    /// Its cost over that of the default setting; `None` if that was not measured.
     pub(crate) over_default: Option<f64>,
-    /// The defaults, if they were measured.
+    /// The default setting, if it was measured.
     pub(crate) default: Option<&'t Setting>,
-    /// The scenes it was measured in.
     pub(crate) scenes: &'t str,
-    /// The kind of scene.
     pub(crate) kind: Kind,
 }
 
-/// Why a tolerance could not be met.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Unmet<'t> {
-    /// Nothing was measured in such a scene.
+    /// Nothing was measured in scenes of this kind.
     NotMeasured,
-    /// The finest setting of the kind is not fine enough; `None` if there is none at all.
+    /// Even the most accurate setting of the kind has a larger error; `None` if the kind has no settings.
     TooFine(Kind, Option<&'t Setting>),
 }
 
@@ -148,8 +141,8 @@ pub fn table() -> &'static Table {
 }
 
 impl Table {
-    /// The setting for a point: of those whose error is at most `tolerance` the one that costs least there, and of
-    /// equally cheap ones the more accurate.
+    /// Of the settings whose error is at most `tolerance`, the one that costs least at the point. Of two equally cheap
+    /// settings the more accurate one is taken.
     ///
     /// # Errors
     /// [`Unmet`].
@@ -160,7 +153,7 @@ impl Table {
             let stepping = stepping_at(setting, point);
             (setting.ms_per_t0 * setting.step / stepping.dt, setting, stepping)
         };
-        // Prices of implicit steps were measured where droplets do not fold.
+        // The costs of implicit steps hold only where droplets do not fold.
         let folds = matches!(&point.model, Model::Deformable(ring) if stepping::folds(ring));
         let known = |setting: &&Setting| !(folds && setting.integrator == Integrator::Implicit);
         let fit = measured.settings.iter().filter(known).filter(|setting| setting.error <= tolerance).map(priced);
@@ -183,20 +176,19 @@ impl Table {
 }
 
 impl Setting {
-    /// What is chosen.
     pub(crate) fn knobs(&self) -> Knobs {
         (self.n_vertices, self.integrator, self.dt)
     }
 }
 
-/// What campaigns have by default at such a point.
+/// The setting that a campaign takes at such a point by default.
 pub(crate) fn default_at(point: &Point) -> Knobs {
     let point = with_vertices(point, DEFAULT_VERTICES);
     let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
     (DEFAULT_VERTICES, chosen.integrator, None)
 }
 
-/// The step of a setting at a point, at most 0.8 of Verlet's limit there.
+/// Integrator and step of a setting at a point, within the limits that hold there.
 fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
     let limit = StabilityLimit::of(&with_vertices(point, setting.n_vertices));
     let dt = match (setting.integrator, setting.dt) {
@@ -208,7 +200,6 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
     Stepping { integrator: setting.integrator, dt }
 }
 
-/// The point with so many vertices.
 pub(crate) fn with_vertices(point: &Point, n_vertices: usize) -> Point {
     let mut point = point.clone();
     if let Model::Deformable(ring) = &mut point.model {
@@ -254,11 +245,8 @@ mod tests {
         }
         let coarse = table.choose(0.055, &point(1.09)).unwrap();
         assert_eq!((coarse.over_default, coarse.default.map(|setting| setting.error)), (Some(0.25), Some(0.01)));
-        assert_eq!(
-            table.choose(0.055, &point(0.1)).unwrap().default,
-            None,
-            "there it is Verlet's, which was not measured"
-        );
+        let folded = table.choose(0.055, &point(0.1)).unwrap();
+        assert_eq!(folded.default, None, "the default is Verlet's there, which was not measured");
     }
 
     #[test]

@@ -1,18 +1,17 @@
-//! What jobs cost: simulated time over the time step, times the measured time of a step.
+//! What jobs cost: the number of time steps times the measured duration of a step.
 
 use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
 use crate::campaign::file::Block;
 use crate::parameters::{Integrator, Model, Point};
 
-/// Mean speed of a droplet that does not clog, in units of V_t, as prototypes showed it. It turns a distance into a
-/// time.
+/// Typical mean speed of a droplet that does not clog, in V_t. It turns a distance into a time.
 const FLOWING_SPEED: f64 = 0.7;
 
-/// How many times as long a step takes for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
+/// By what factor a step takes longer for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
 /// 0.01.
 const FOLDED: f64 = 1.5;
 
-/// How fast one thread of this machine is; by default unknown, which makes every estimate zero.
+/// How fast one thread of this machine is. The default stands for an unknown speed and makes every estimate zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Speed {
     /// Nanoseconds per vertex and Verlet step of a deformable particle.
@@ -24,8 +23,8 @@ pub struct Speed {
 }
 
 impl Speed {
-    /// Expected CPU time of one run, in seconds: `T/dt` steps with `T = min(t_max, distance/(0.7 V_t))`, or `t_max` if
-    /// no distance is set. Clogs end runs earlier.
+    /// Expected CPU time of one job, in seconds: `T/dt` steps with `T = min(t_max, distance/(0.7 V_t))`, or `t_max` if
+    /// no distance is set. A droplet that clogs ends earlier.
     pub(crate) fn expected_s(&self, point: &Point) -> f64 {
         let way = point.limits.distance.map(|distance| distance / (FLOWING_SPEED * point.v_t));
         let steps = way.map_or(point.limits.t_max, |time| time.min(point.limits.t_max)) / point.stepping.dt;
@@ -43,21 +42,20 @@ impl Speed {
     }
 }
 
-/// What the jobs to run of a block are expected to cost.
+/// The expected cost of the jobs of a block that are to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// How many jobs.
     pub jobs: u64,
-    /// CPU time of all, in seconds.
+    /// CPU time of all jobs, in seconds.
     pub total_s: f64,
-    /// CPU time of the longest, in seconds.
+    /// CPU time of the longest job, in seconds.
     pub longest_s: f64,
     /// Whether every point sets a distance; if not, the estimate is an upper bound.
     pub by_distance: bool,
 }
 
 impl Cost {
-    /// The cost of no job of a block.
     pub(super) fn none_of(block: &Block) -> Self {
         let by_distance = block.points.iter().all(|point| point.limits.distance.is_some());
         Self { jobs: 0, total_s: 0.0, longest_s: 0.0, by_distance }
@@ -69,17 +67,16 @@ impl Cost {
         self.longest_s = self.longest_s.max(expected_s);
     }
 
-    /// Mean CPU time of a job, in seconds; `None` without jobs.
+    /// Mean CPU time of a job, in seconds; `None` if there is no job.
     pub(crate) fn mean_s(&self) -> Option<f64> {
         (self.jobs > 0).then(|| self.total_s / self.jobs as f64)
     }
 
-    /// Wall time on so many threads, in seconds: an even share, but no less than the longest job.
+    /// Wall time on this many threads, in seconds: an equal share of all, but at least the longest job.
     pub fn wall_s(&self, threads: usize) -> f64 {
         (self.total_s / threads.max(1) as f64).max(self.longest_s)
     }
 
-    /// Both together.
     pub(super) fn and(self, other: Self) -> Self {
         Self {
             jobs: self.jobs + other.jobs,

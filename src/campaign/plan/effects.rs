@@ -1,12 +1,12 @@
-//! Which effects act in a block, which do not, and why: what `plan` tells before anything runs.
+//! Which effects act in a block, which do not, and why, as `plan` shows them before anything runs.
 
-use crate::campaign::plan::ends::Ends;
+use crate::campaign::plan::text::Ends;
 use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact, list};
 use crate::physics::ring::forces::tension::is_linear;
 use crate::physics::simulate::stability::vertices_pile_up;
 use std::sync::Arc;
 
-/// One effect, on or off.
+/// One effect on the droplets of a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Effect {
     /// Its name.
@@ -37,14 +37,13 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
     vec![tension, perimeter, area, gravity, contact, far_drag, near_wall, self_contact]
 }
 
-/// The effects that a soft particle does not know, and its gravity.
+/// The same five effects for a soft particle, which has only gravity.
 fn of_no_ring() -> [Effect; 5] {
     let [tension, perimeter, area, self_contact] =
         ["tension", "perimeter", "area", "self_contact"].map(|name| effect(name, false, "SP has no ring"));
     [tension, perimeter, area, effect("gravity", true, "drives along +x"), self_contact]
 }
 
-/// Tension, perimeter, area, gravity and self-contact of rings.
 fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
     let count = |counts: fn(&Deformable) -> bool| {
         let rings = points.iter().filter(|point| matches!(&point.model, Model::Deformable(ring) if counts(ring)));
@@ -81,7 +80,6 @@ fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
     ]
 }
 
-/// `gamma = 0.3 .. 10`.
 fn span(points: &[Arc<Point>], name: &str) -> String {
     format!("{name} = {}", Ends::of(points.iter().filter_map(|point| list::value(point, name)?.number())))
 }

@@ -2,27 +2,23 @@
 
 use crate::campaign::choose::stepping::{candidates, choose, cost_per_t0, folds};
 use crate::campaign::file::Block;
-use crate::campaign::plan::Chosen;
-use crate::campaign::plan::ends::Ends;
+use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
 use crate::physics::simulate::stability::StabilityLimit;
 
-/// Why a point takes the integrator it takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
-    /// The campaign asks for it.
     Asked,
-    /// There is no other for a soft particle.
+    /// A soft particle has only one.
     NoOther,
-    /// The campaign gives the time step.
     StepGiven,
-    /// The droplet folds back on itself, which is the worst case of the other.
+    /// The droplet folds back on itself, where the implicit integrator converges slowly.
     Folds,
-    /// It is the cheaper one; Verlet's step is bound by this term.
+    /// It was chosen by cost; Verlet's step is bound by this term.
     Cheaper(&'static str),
 }
 
-/// The groups of a block, by the order of their first points.
+/// Groups the points of a block by integrator and reason, in the order of their first points.
 pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
     let mut groups: Vec<(Integrator, Reason, Vec<f64>)> = Vec::new();
     for (point, limit) in block.points.iter().zip(limits) {
@@ -41,7 +37,7 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
     groups.into_iter().map(chosen).collect()
 }
 
-/// The reason in words; the other integrator would cost so many times as much.
+/// The reason in words; `times` is how many times as much the other integrator would cost.
 fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
     let cut = times.cut();
     match (reason, integrator) {
@@ -76,7 +72,7 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
         // A step that happens to be the automatic one is as good as automatic.
         _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
         (Model::Deformable(ring), _) if point.stepping.integrator == Integrator::Verlet && folds(ring) => Reason::Folds,
-        // Verlet is bound by one term or another, which does not matter where it is the cheaper.
+        // Where Verlet is chosen, the term that bounds its step is not told.
         _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
         _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),
     };

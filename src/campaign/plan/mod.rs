@@ -1,19 +1,11 @@
-//! What a campaign still has to do: a pure function of the campaign, of what a store knows, and of a measured speed.
+//! What a campaign still has to do. A plan is a pure function of the campaign, the jobs in a store, and a measured
+//! speed.
 //!
-//! Jobs are identified by content. So a job that two blocks name is planned once, and one that an earlier, smaller
-//! campaign did is not planned again. The ids of the campaign are sorted once and merged with the sorted ids of the
-//! store. Read [`plan`] first.
-//!
-//! | file | idea |
-//! |---|---|
-//! | `cost` | what jobs are expected to cost |
-//! | `effects` | what acts on the droplets of a block |
-//! | `integrators`, `tolerance` | why points take their integrator: as the cheaper one, or for a tolerance |
-//! | `text`, `ends` | a plan as a physicist reads it |
+//! Jobs are identified by content. So a job that two blocks name is planned once, and a job that an earlier, smaller
+//! campaign finished is not planned again. Read [`plan`] first.
 
 mod cost;
 mod effects;
-mod ends;
 mod integrators;
 mod text;
 mod tolerance;
@@ -23,7 +15,7 @@ mod tests;
 
 pub use cost::{Cost, Speed};
 pub use effects::Effect;
-pub use ends::Ends;
+pub use text::Ends;
 
 use crate::campaign::file::{Block, Campaign};
 use crate::parameters::{Job, JobId, JobState, Point};
@@ -35,7 +27,7 @@ use rayon::prelude::*;
 pub struct KnownJobs(Vec<(JobId, JobState)>);
 
 impl KnownJobs {
-    /// Takes the jobs of a store; costs nothing but a look when they come sorted.
+    /// Takes the jobs of a store, in any order.
     pub fn new(mut jobs: Vec<(JobId, JobState)>) -> Self {
         if !jobs.is_sorted_by(|a, b| a.0 < b.0) {
             jobs.sort_by_key(|job| job.0);
@@ -45,14 +37,14 @@ impl KnownJobs {
     }
 }
 
-/// What is to be done.
+/// What a campaign still has to do.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// Name of the campaign.
     pub campaign: String,
     /// Its blocks.
     pub blocks: Vec<BlockPlan>,
-    /// The jobs to run, longest expected first, then by seed, so that runs in one array stand together.
+    /// The jobs to run: the longest first, and equally long ones by seed, so that jobs in the same array come together.
     pub jobs: Vec<PlannedJob>,
 }
 
@@ -67,20 +59,20 @@ pub struct PlannedJob {
     pub expected_s: f64,
 }
 
-/// How many jobs of a block stand where; a job that an earlier block has too counts there alone.
+/// How many jobs of a block are in which state. A job that two blocks name is counted in the first of them only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Not in the store.
     pub new: u64,
-    /// In the store, waiting.
+    /// In the store, not yet computed.
     pub pending: u64,
-    /// Taken by a worker: not planned again. A store gives back the jobs of a dead worker before it is asked.
+    /// Taken by a worker, and not planned again. A store takes jobs back from dead workers before it reports states.
     pub running: u64,
     /// Finished.
     pub done: u64,
-    /// Failed: not planned again. A store sets those to be tried again back to pending before it is asked.
+    /// Failed, and not planned again. To try them again, a store sets them back to pending first.
     pub failed: u64,
-    /// Named by an earlier block.
+    /// Named by an earlier block too.
     pub shared: u64,
 }
 
@@ -95,7 +87,7 @@ pub struct Chosen {
     pub why: String,
 }
 
-/// What one block amounts to.
+/// The plan of one block.
 #[derive(Clone, Debug)]
 pub struct BlockPlan {
     /// Its name.
@@ -106,36 +98,35 @@ pub struct BlockPlan {
     pub scene: &'static str,
     /// Number of grid points.
     pub points: usize,
-    /// Runs a point.
+    /// Runs of each point.
     pub runs: u64,
-    /// Where its jobs stand.
+    /// How many of its jobs are in which state.
     pub counts: Counts,
     /// Smallest and largest time step, in t0.
     pub dt: Ends,
     /// Smallest and largest stability limit of Verlet, in t0.
     pub dt_limit: Ends,
-    /// The stiffest force term at the smallest limit.
+    /// The stiffest force term at the point with the smallest limit.
     pub stiffest: &'static str,
     /// Which integrator takes which points, and why.
     pub integrators: Vec<Chosen>,
     /// What acts on the droplet, what does not, and why.
     pub effects: Vec<Effect>,
-    /// What its jobs to run are expected to cost.
+    /// The expected cost of its jobs to run.
     pub cost: Cost,
 }
 
-/// A job of the campaign that may have to run.
 #[derive(Clone, Copy)]
 struct Candidate {
     id: JobId,
-    /// Rank of its expected cost among those of all points, the highest first.
+    /// Rank of its point by expected cost, the highest first.
     rank: u32,
-    /// Place of its point among the points of all blocks.
+    /// Index of its point among the points of all blocks.
     place: u32,
     seed: u64,
 }
 
-/// Plans a campaign against what a store knows.
+/// Plans a campaign, given the jobs that a store knows.
 ///
 /// ```
 /// use meniscus::campaign::file::Campaign;
@@ -183,7 +174,7 @@ pub fn plan(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     Plan { campaign: campaign.name.clone(), blocks: blocks.collect(), jobs }
 }
 
-/// All jobs of all blocks, sorted by id, those of earlier blocks first.
+/// All jobs of all blocks, sorted by id; of equal ids that of the earlier block comes first.
 fn candidates(blocks: &[Block], places: &[(usize, usize)], ranks: &[u32]) -> Vec<Candidate> {
     let of_point = |(place, &(b, p)): (usize, &(usize, usize))| {
         let (block, rank, place) = (&blocks[b], ranks[place], place as u32);
@@ -195,7 +186,7 @@ fn candidates(blocks: &[Block], places: &[(usize, usize)], ranks: &[u32]) -> Vec
     candidates
 }
 
-/// The rank of each cost, the highest first; equal costs share one.
+/// The rank of each cost, the highest first; equal costs share a rank.
 fn ranks(costs: &[f64]) -> Vec<u32> {
     let mut order: Vec<usize> = (0..costs.len()).collect();
     order.par_sort_by(|a, b| costs[*b].total_cmp(&costs[*a]));
@@ -206,7 +197,6 @@ fn ranks(costs: &[f64]) -> Vec<u32> {
     ranks
 }
 
-/// Counts a job and says whether it is to be run.
 fn tally(counts: &mut Counts, state: Option<JobState>) -> bool {
     let (count, run) = match state {
         None => (&mut counts.new, true),

@@ -2,15 +2,15 @@
 
 use crate::campaign::durations::written_s;
 use crate::campaign::plan::{BlockPlan, Cost, Plan};
+use crate::parameters::{Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
 impl Plan {
-    /// What all jobs to run are expected to cost.
     pub(crate) fn cost(&self) -> Option<Cost> {
         self.blocks.iter().map(|block| block.cost).reduce(Cost::and)
     }
 
-    /// The plan in words and numbers, wall time for so many threads.
+    /// The plan in words and numbers; wall times are for this many threads.
     pub fn render(&self, threads: usize) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
@@ -72,7 +72,37 @@ impl BlockPlan {
     }
 }
 
-/// A cost for so many threads.
+/// Smallest and largest of some numbers, written as `0.01 .. 10`, or as one number if they are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ends {
+    /// The smallest.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+}
+
+impl Ends {
+    pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        Self { low, high }
+    }
+
+    pub(super) fn cut(self) -> Self {
+        Self { low: cut_to_three_digits(self.low), high: cut_to_three_digits(self.high) }
+    }
+}
+
+impl fmt::Display for Ends {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.low == self.high {
+            true => write!(f, "{}", Short(self.low)),
+            false => write!(f, "{} .. {}", Short(self.low), Short(self.high)),
+        }
+    }
+}
+
+/// A cost in words; wall times are for this many threads.
 struct CostText(Cost, usize);
 
 impl fmt::Display for CostText {

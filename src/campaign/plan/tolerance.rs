@@ -1,15 +1,14 @@
-//! Which setting a tolerance chose, why, and the time it saves.
+//! Which setting a tolerance chose, and what it costs compared with the default.
 
 use crate::campaign::choose::tolerance::{Choice, table};
-use crate::campaign::plan::Chosen;
-use crate::campaign::plan::ends::Ends;
+use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Point, Short};
 use std::sync::Arc;
 
-/// The step of a point, and the time it takes over that of the defaults.
+/// The step of a point, and its cost over that of the default setting.
 type Seen = (f64, Option<f64>);
 
-/// The groups of points that take the same setting, by the order of their first points.
+/// Groups the points that take the same setting, in the order of their first points.
 pub(super) fn of(points: &[Arc<Point>], tolerance: f64) -> Vec<Chosen> {
     let mut groups: Vec<(Choice<'static>, Vec<Seen>)> = Vec::new();
     for choice in points.iter().filter_map(|point| table().choose(tolerance, point).ok()) {

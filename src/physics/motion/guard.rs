@@ -1,57 +1,47 @@
-//! Watches over an explicit integrator: a stretch of time in which the total energy rose is taken again in smaller
-//! steps.
+//! Guards Verlet steps: a stretch of time in which the total energy rises is taken again in smaller steps.
 //!
-//! The stability limit of a job ([`crate::physics::simulate::stability`]) adds up its effects one by one. Where vertices
-//! crowd, more of them may press on one another than it counts. Drag and integrator let the energy fall, and an
-//! instability shows as a rise. After `PATIENCE` quiet stretches the step doubles again.
+//! The stability limit of a job ([`crate::physics::simulate::stability`]) assumes a certain number of neighbours. Where
+//! vertices crowd, more of them may press on one another. Drag makes the energy fall, so a rise shows an instability.
+//! After `PATIENCE` quiet stretches the step doubles again.
 //!
-//! A run that is never refused has the same bits as without the guard. A run with refusals, too, depends on nothing but its
-//! job, because the stretches do not.
+//! Without a refusal the guard changes no bit. With refusals, too, the trajectory depends on its job only, because the
+//! stretches are fixed by the job.
 
-use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState, verlet::VerletMotion};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Rise of the total energy within a stretch that only an instability can cause, in g rho sigma^3: 0.6% of the work
-/// that gravity does on a droplet over one diameter.
+/// A larger rise of the total energy within a stretch shows an instability, in g rho sigma^3: 0.6% of the work that
+/// gravity does on a droplet over one diameter.
 const RISE: f64 = 0.005;
 
-/// Most halvings: the smallest step is `dt/32`.
+/// The smallest step is `dt/32`.
 const MOST_HALVINGS: u32 = 5;
 
-/// Quiet stretches in a row after which the step doubles.
 const PATIENCE: u32 = 8;
 
-/// A ring advanced by Verlet steps, with a way back.
+/// A ring advanced by Verlet steps that are taken again if the energy rises.
 #[derive(Debug)]
 pub struct GuardedMotion {
     /// The ring and its effects.
     pub motion: VerletMotion,
-    /// Nominal time step.
     dt: f64,
-    /// Nominal steps taken.
     steps: u64,
-    /// Total energy now.
     energy: f64,
     control: StepControl,
-    /// Stretches refused so far.
     refused: u64,
-    /// The ring at the beginning of the stretch.
     saved: Ring,
-    /// What was seen at the end of the last one.
+    /// The observation at the end of the last stretch.
     seen: Option<Observation>,
 }
 
-/// What decides how a guarded motion goes on.
+/// Everything that decides how a guarded motion goes on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GuardState {
     ring: RingState,
@@ -64,14 +54,14 @@ pub struct GuardState {
 }
 
 impl GuardedMotion {
-    /// Guards a motion from here on.
+    /// Guards a motion from its present state on.
     pub fn new(mut motion: VerletMotion) -> Self {
         let (dt, energy, saved) = (motion.dt, motion.observe().energy(), motion.ring.clone());
         let control = StepControl::new(MOST_HALVINGS, PATIENCE);
         Self { motion, dt, steps: 0, energy, control, refused: 0, saved, seen: None }
     }
 
-    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`; `None` if it is no state of such a motion.
+    /// Goes on from `state`. `None` if the state does not belong to `n` vertices and nominal steps of `dt`.
     pub(crate) fn resume(
         state: &GuardState,
         n: usize,
@@ -92,7 +82,6 @@ impl GuardedMotion {
         Some(Self { motion, dt, steps, energy, control, refused, saved, seen: None })
     }
 
-    /// Goes on in steps of the length that the control now asks for.
     fn take_length(&mut self) {
         let dt = self.control.length(self.dt);
         if dt != self.motion.dt {
@@ -100,7 +89,7 @@ impl GuardedMotion {
         }
     }
 
-    /// The failure of a stretch of `steps` in which the energy rises even in the shortest steps.
+    /// The failure of a stretch of `steps` nominal steps in which the energy rises even in the shortest steps.
     fn unstable(&self, rise: f64, steps: u64, shortest: f64) -> Failure {
         let (stretch, t) = (steps as f64 * self.dt, self.steps as f64 * self.dt);
         let reason = format!(
@@ -112,8 +101,8 @@ impl GuardedMotion {
 }
 
 impl Motion for GuardedMotion {
-    /// Takes a stretch of `steps` nominal time steps. If the energy rises even in the smallest steps, it fails as
-    /// `unstable`; the ring is then where the stretch began.
+    /// Takes a stretch of `steps` nominal time steps. If the energy rises even in the smallest steps, the motion fails
+    /// as `unstable`, with the ring where the stretch began.
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
         self.saved.clone_from(&self.motion.ring);
         self.seen = None;

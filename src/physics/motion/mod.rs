@@ -1,15 +1,15 @@
-//! How time advances, and how a droplet is put in place.
+//! How time advances, and how a droplet is put at its start.
 //!
-//! This folder knows droplets and walls; it does not know how long a run is, or what is recorded of it. Read [`Motion`]
-//! first: whoever drives a droplet sees it only through that trait. Its implementations are:
+//! This folder knows droplets and walls. How long a trajectory is and what is recorded of it is decided elsewhere. Read
+//! [`Motion`] first: droplets are driven through that trait only. Its implementations are:
 //!
 //! | file | droplet and scheme |
 //! |---|---|
-//! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), taken back where the energy rises |
+//! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
 //! | [`implicit`] | a ring in implicit steps |
-//! | `soft` | a soft particle, which brings its own scheme along |
+//! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
 //!
-//! `placing` puts droplets where they start, by the same integrators.
+//! `placing` puts droplets at their start, with the same integrators.
 
 pub mod guard;
 pub mod implicit;
@@ -32,25 +32,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A droplet in motion, whatever its model and integrator.
 ///
 /// # Writing your own
-/// A droplet without an outline leaves `engulfed` and `ring` as they are; one whose steps are never refused leaves
-/// `refused`.
+/// The default methods suit a droplet that is no ring and whose steps are never refused.
 pub trait Motion {
-    /// Takes `steps` nominal time steps. How a run is cut into calls must not change any bit of it.
+    /// Takes `steps` nominal time steps. No bit of the result may depend on how the steps are divided into calls.
     ///
     /// # Errors
-    /// [`Interruption`]: it did not arrive.
+    /// [`Interruption`], if not all steps were taken.
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption>;
 
-    /// What decides how it goes on.
+    /// Everything that decides how the motion goes on.
     fn state(&self) -> MotionState;
 
-    /// Moves the local origin next to the droplet. Call it at instants that do not depend on how a run is cut up.
+    /// Moves the local origin next to the droplet. Call it only at times that are fixed by the job.
     fn follow(&mut self);
 
-    /// Reads off everything that is recorded.
+    /// Measures everything that is recorded.
     fn observe(&mut self) -> Observation;
 
-    /// The outline at time `t`, and the loads on it.
+    /// The outline and the loads on it; `t` is the present time.
     fn outline(&self, t: f64) -> Outline;
 
     /// World position of an obstacle inside the droplet, if there is one.
@@ -63,16 +62,16 @@ pub trait Motion {
         None
     }
 
-    /// Stretches or sub-steps of time refused so far.
+    /// How many stretches of Verlet steps, or implicit sub-steps, were refused so far.
     fn refused(&self) -> u64 {
         0
     }
 }
 
-/// Why a droplet did not arrive where it was to go.
+/// Why not all steps were taken.
 #[derive(Debug)]
 pub enum Interruption {
-    /// It was told to stop, and is somewhere on the way.
+    /// The motion was told to stop, at any step.
     Stopped,
     /// A step could not be taken; the droplet is where that step began.
     Failed(Failure),
@@ -95,7 +94,7 @@ pub enum MotionState {
     Soft(SoftState),
 }
 
-/// Takes `steps` in pieces of at most `piece`, and looks at `stop` before each.
+/// Takes `steps` in pieces of at most `piece`, and checks `stop` before each piece.
 fn in_pieces(steps: u64, piece: u64, stop: &AtomicBool, mut advance: impl FnMut(u64)) -> Result<(), Interruption> {
     let mut left = steps;
     while left > 0 {

@@ -1,18 +1,15 @@
-//! How a droplet is put among obstacles: blown up from the widest gap near the box centre ([C24] 2.4).
+//! How a droplet is put among obstacles: it is inflated in the widest gap near the box centre ([C24] 2.4).
 //!
-//! A ring placed at full size could hold whole discs, which exert no force from inside. So a small ring that touches
-//! nothing is inflated, without gravity and under strong drag, until it has its full area, and then left to relax. The
-//! job's own integrator does it, among walls as stiff as they will be.
+//! A ring placed at full size could enclose whole discs, which exert no force from inside. So a small ring that touches
+//! nothing is inflated to its full area, without gravity and under strong drag, and then relaxes. This is done with the
+//! integrator, step and wall stiffness of the job.
 
 use crate::parameters::{Deformable, Integrator, MASS, Stepping};
-use crate::physics::motion::implicit::ImplicitMotion;
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion};
+use crate::physics::motion::{Interruption, Motion, implicit::ImplicitMotion, verlet::VerletMotion};
 use crate::physics::observation::Observation;
 use crate::physics::point::{SoftEffects, SoftMotion};
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::forces::drag::Drag;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::obstacles::SEARCH_RADIUS;
 use crate::physics::walls::wall::Walls;
@@ -29,13 +26,13 @@ const RELAX_TIME: u32 = 50;
 /// Time to inflate, in t0.
 const INFLATE_TIME: f64 = 20.0;
 
-/// Stages in which the rest area grows while a ring is inflated.
+/// Number of stages in which the rest area grows.
 const STAGES: u32 = 400;
 
 /// Smallest radius that a ring is inflated from, in sigma.
 const SMALLEST: f64 = 0.01;
 
-/// Where a droplet relaxes before it is set on the plate.
+/// Distance from the plate at which a droplet relaxes before it is set on the plate, in sigma.
 const FAR_FROM_PLATE: f64 = 5.0;
 
 /// Kinetic energy at which a droplet counts as relaxed.
@@ -44,35 +41,30 @@ const AT_REST: f64 = 1e-14;
 /// Where a droplet starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Site {
-    /// In a gap of that clearance: it is blown up there.
+    /// It is inflated in a gap.
     Gap {
-        /// Centre of the gap.
         at: [f64; 2],
-        /// Distance from there to the nearest wall.
+        /// Distance from the centre to the nearest wall.
         clearance: f64,
     },
-    /// Where nothing is near.
+    /// Where no wall is near.
     Free {
-        /// Its centre.
         at: [f64; 2],
     },
-    /// Relaxed, its rim just touching the plate at x = 0.
+    /// It is relaxed, and its rim just touches the plate at x = 0.
     OnPlate,
 }
 
-/// Puts a droplet in its place.
 #[derive(Clone, Copy)]
 pub(crate) struct Placing<'a> {
-    /// Where.
     pub(crate) site: Site,
-    /// The steps of the job.
     pub(crate) stepping: &'a Stepping,
     pub(crate) instruction_set: InstructionSet,
     pub(crate) stop: &'a AtomicBool,
 }
 
 impl Placing<'_> {
-    /// A relaxed ring of full area in its place, at rest; `effects` are its elasticity and the walls.
+    /// Puts a ring: relaxed, of full area, and at rest. `effects` are its elasticity and the walls.
     ///
     /// # Errors
     /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if there is no room to start from,
@@ -102,7 +94,7 @@ impl Placing<'_> {
         }
     }
 
-    /// Blows a regular ring of `share` of the full radius up to its full area, and lets it relax and come to rest.
+    /// Inflates a regular ring from `share` of the full radius to its full area, and lets it relax.
     fn inflated(self, ring: Ring, share: f64, mut effects: RingEffects) -> Result<Ring, Interruption> {
         let (dt, begin) = (self.stepping.dt, MASS * share * share);
         let rest = |share: f64| begin + share * (MASS - begin);
@@ -134,7 +126,7 @@ impl Placing<'_> {
         Ok(ring)
     }
 
-    /// A relaxed place for a soft particle.
+    /// Puts a soft particle: relaxed and at rest.
     ///
     /// # Errors
     /// [`Interruption::Stopped`] once `stop` is set; a failure of class `bad_input` if every place near the centre lies
@@ -199,8 +191,7 @@ impl Inflating {
     }
 }
 
-/// Advances by one t0 at a time until the droplet is at rest, at most for [`RELAX_TIME`]; returns what it saw at the
-/// end.
+/// Advances by one t0 at a time until the droplet is at rest, for [`RELAX_TIME`] at most; returns the last observation.
 fn relax(
     dt: f64,
     mut advance: impl FnMut(u64) -> Result<Observation, Interruption>,
@@ -215,7 +206,7 @@ fn relax(
     }
 }
 
-/// The failure of a step while a droplet is put in place.
+/// Makes the failure of a step one of inflating.
 fn not_inflated(interruption: Interruption) -> Interruption {
     match interruption {
         Interruption::Stopped => Interruption::Stopped,

@@ -1,7 +1,7 @@
-//! What has to be kept of a ring in motion so that it goes on with the same bits.
+//! The state of a ring that is saved, so that its motion goes on with the same bits.
 //!
-//! Lists of near walls are made again from the positions, because no bit depends on when they are made. What later bits
-//! do depend on, an effect keeps as its memory
+//! Lists of near walls are not saved: they are made again from the positions, and no bit depends on when that is done.
+//! Where later bits do depend on an effect's past, the effect has a memory
 //! ([`RingForce::memory`](crate::physics::ring::forces::RingForce::memory)).
 
 use crate::physics::ring::Ring;
@@ -18,13 +18,12 @@ pub(super) struct RingState {
 }
 
 impl RingState {
-    /// The state of `ring`.
     pub(super) fn of(ring: &Ring) -> Self {
         let [x, y, ux, uy] = [&ring.x, &ring.y, &ring.ux, &ring.uy].map(|column| column[..ring.n].to_vec());
         Self { x, y, ux, uy, origin: ring.origin }
     }
 
-    /// The ring in this state, if it has `n` vertices.
+    /// The ring in this state; `None` if the state is not that of `n` vertices.
     pub(super) fn ring(&self, n: usize) -> Option<Ring> {
         let mut ring = Ring::at(n, self.origin);
         let columns =

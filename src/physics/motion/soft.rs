@@ -7,7 +7,7 @@ use crate::physics::walls::wall::Walls;
 use crate::results::outline::Outline;
 use std::sync::atomic::AtomicBool;
 
-/// Steps between two looks at whether to stop: about 10 ms.
+/// Steps between two checks of `stop`: about 10 ms.
 const PIECE: u64 = 1 << 20;
 
 impl<W: Walls> Motion for SoftMotion<W> {

@@ -1,14 +1,13 @@
-//! How long the next sub-step is: the nominal step halved as often as need be.
+//! How long the next sub-step is: the nominal step, halved as often as needed.
 //!
-//! A refused sub-step is retried at half its length; after some accepted ones in a row the length doubles, where the
-//! longer one still ends on a whole multiple of itself. So sub-steps always add up to the nominal step exactly.
+//! A refused sub-step is tried again at half its length. After some accepted sub-steps in a row the length doubles, but
+//! only at a multiple of the doubled length. So sub-steps always add up to the nominal step exactly.
 
 use serde::{Deserialize, Serialize};
 
-/// A nominal step, in units of the smallest sub-step that there can be, `dt/65536`.
+/// A nominal step in ticks; a tick is the smallest possible sub-step, `dt/65536`.
 pub(super) const WHOLE: u32 = 1 << 16;
 
-/// The present length of a sub-step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct StepControl {
     most_halvings: u32,
@@ -18,13 +17,13 @@ pub(super) struct StepControl {
 }
 
 impl StepControl {
-    /// Whole steps, halved at most `most_halvings <= 16` times, and doubled again after `patience` accepted sub-steps
-    /// in a row.
+    /// Begins with whole steps. They are halved at most `most_halvings <= 16` times, and doubled again after `patience`
+    /// accepted sub-steps in a row.
     pub(super) const fn new(most_halvings: u32, patience: u32) -> Self {
         Self { most_halvings, patience, halvings: 0, successes: 0 }
     }
 
-    /// Goes on where `saved` was; false, and nothing is done, if `saved` has other limits.
+    /// Goes on from `saved`. False, and nothing changes, if `saved` has other limits.
     pub(super) fn resume(&mut self, saved: Self) -> bool {
         let fits = Self { halvings: saved.halvings, successes: saved.successes, ..*self } == saved
             && saved.halvings <= self.most_halvings;
@@ -39,7 +38,6 @@ impl StepControl {
         1 << self.halvings
     }
 
-    /// Length of the next sub-step in units of the smallest.
     pub(super) fn ticks(self) -> u32 {
         WHOLE >> self.halvings
     }
@@ -49,7 +47,7 @@ impl StepControl {
         dt / f64::from(self.parts())
     }
 
-    /// Takes note that a sub-step was accepted and ended `at` ticks into the nominal step.
+    /// Notes that a sub-step was accepted and ended `at` ticks into the nominal step.
     pub(super) fn accepted(&mut self, at: u32) {
         self.successes += 1;
         if self.halvings > 0 && self.successes >= self.patience && at.is_multiple_of(2 * self.ticks()) {
@@ -58,7 +56,7 @@ impl StepControl {
         }
     }
 
-    /// Halves the step; false if it is the smallest already.
+    /// Halves the sub-steps; false if they cannot be halved further.
     pub(super) fn refused(&mut self) -> bool {
         self.successes = 0;
         let shorter = self.halvings < self.most_halvings;

@@ -7,41 +7,39 @@
 //! v+ = [v + dt/2 (a + F+/m)] / (1 + dt lambda+/2),     a+ = F+/m - lambda+ v+
 //! ```
 //!
-//! is carried in its half-step velocity `u = v + dt/2 a`, which needs no stored acceleration:
+//! is computed with its half-step velocity `u = v + dt/2 a`, so that no acceleration is stored:
 //!
 //! ```text
 //! u+ = [(1 - dt lambda/2) u + (dt/m) F] / (1 + dt lambda/2),     x+ = x + dt u+
 //! ```
 //!
-//! with `F` and `lambda` at the present positions; `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is made only to be observed.
-//! A step is one pass over the ring (`ring/passes.rs`): forces, kick and drift, and the edges and the
-//! area at the new positions. Contact and other forces come before it, and only while they can act.
+//! with `F` and `lambda` at the present positions. The velocity `v = [u + dt/2 F/m]/(1 + dt lambda/2)` is computed only
+//! for observations. A step is one pass over the ring (`ring/passes.rs`): forces, velocities, positions, and the edges
+//! and the area at the new positions. Contact and other forces are added before it, if they can act.
 
 use crate::physics::motion::{Interruption, in_pieces};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::passes::{edge_pass, net_forces, step_pass};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use std::sync::atomic::AtomicBool;
 
-/// Vertices times steps between two looks at whether to stop: about 10 ms.
+/// Vertices times steps between two checks of `stop`: about 10 ms.
 const PIECE: u64 = 1 << 22;
 
-/// A ring with its effects, advanced by Verlet steps.
+/// A ring advanced by Verlet steps.
 #[derive(Debug)]
 pub struct VerletMotion {
     /// The ring.
     pub ring: Ring,
-    /// Its effects.
+    /// All that acts on the ring.
     pub effects: RingEffects,
-    /// Time step.
     pub(super) dt: f64,
     instruction_set: InstructionSet,
 }
 
 impl VerletMotion {
-    /// A ring at rest: its velocity half a step before, `u = -dt/2 F/m`, is what makes `v` zero now.
+    /// A ring at rest: `v` is zero now if half a step before `u = -dt/2 F/m`.
     pub fn start(ring: Ring, effects: RingEffects, dt: f64, instruction_set: InstructionSet) -> Self {
         let mut motion = Self::resume(ring, effects, dt, instruction_set);
         let (fx, fy) = motion.forces();
@@ -88,7 +86,7 @@ impl VerletMotion {
         }
     }
 
-    /// Goes on with steps of `dt`, from the same velocities.
+    /// Changes the step to `dt` and keeps the velocities `v`.
     pub(super) fn change_step(&mut self, dt: f64) {
         let (fx, fy) = self.forces();
         let kick = |dt: f64| 0.5 * dt / self.ring.vertex_mass();
@@ -103,21 +101,20 @@ impl VerletMotion {
         self.dt = dt;
     }
 
-    /// Puts the ring back to where `saved` was. Half-step velocities belong to a step: those of `saved` to steps of
-    /// `dt`.
+    /// Puts the ring back to `saved`, whose half-step velocities belong to steps of `dt`.
     pub(super) fn put_back(&mut self, saved: &Ring, dt: f64) {
         self.ring.clone_from(saved);
         self.dt = dt;
         self.moved(f64::INFINITY);
     }
 
-    /// Moves the ring's origin next to it. Call it at instants that do not depend on how a run is cut up.
+    /// Moves the local origin next to the ring. Call it only at times that are fixed by the job.
     pub fn follow(&mut self) {
         self.ring.follow();
         self.moved(0.0);
     }
 
-    /// Forces on the vertices at the present positions, drag apart.
+    /// Forces on the vertices at the present positions, without drag.
     pub fn forces(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (ring, effects) = (&mut self.ring, &self.effects);
         let area = edge_pass(self.instruction_set, ring, effects.edge_law());
@@ -127,7 +124,6 @@ impl VerletMotion {
         (fx, fy)
     }
 
-    /// Full-step velocities at the present positions: `v = [u + dt/2 F/m]/(1 + dt lambda/2)`.
     fn velocities(&mut self) -> (Vec<f64>, Vec<f64>) {
         let (mut vx, mut vy) = self.forces();
         let kick = 0.5 * self.dt / self.ring.vertex_mass();
@@ -140,7 +136,7 @@ impl VerletMotion {
         (vx, vy)
     }
 
-    /// Everything that is recorded, at the present positions.
+    /// Measures everything that is recorded.
     pub fn observe(&mut self) -> Observation {
         let (vx, vy) = self.velocities();
         self.effects.observe(&self.ring, &vx, &vy)

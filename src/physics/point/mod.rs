@@ -1,9 +1,8 @@
-//! The soft particle: one point of mass M that walls push away ([C24] eqs 8-11).
+//! The soft particle: one point of mass M that walls repel ([C24] eqs 8-11).
 //!
-//! Every wall whose surface is nearer than `d = sigma/2` adds an energy `U = (E_w/2)(1 - 2d/sigma)^2`, which is a force
-//! `2 (E_w/sigma)(1 - 2d/sigma)` along the normal. On a plate the point sinks by `delta_s = pi/(16 E_w)`.
-//!
-//! Time advances by the same scheme as the ring's ([`crate::physics::motion::verlet`]).
+//! Every wall whose surface is at a distance `d < sigma/2` adds an energy `U = (E_w/2)(1 - 2d/sigma)^2`, that is, a
+//! force `2 (E_w/sigma)(1 - 2d/sigma)` along the normal. On a plate the point sinks by `delta_s = pi/(16 E_w)`. Time
+//! advances by the scheme of [`crate::physics::motion::verlet`].
 //!
 //! ```
 //! use meniscus::parameters::MASS;
@@ -32,12 +31,12 @@ use std::sync::Arc;
 /// How far the point may move before its list of near walls is made again, in sigma.
 const SKIN: f64 = 0.1;
 
-/// Smallest distance from a wall that counts for the near-wall drag, in sigma; the rim of a soft particle sinks into
-/// walls.
+/// The near-wall drag takes smaller distances from a wall as this one, in sigma, because the rim of a soft particle
+/// sinks into walls.
 const NEAREST: f64 = 0.01;
 
-/// A force along y too small to move anything. Without it the velocity along y of a droplet that falls freely dies away
-/// to a denormal number, over which processors take twenty times as long.
+/// A force along y that is too small to move anything. Without it the velocity along y of a droplet that falls freely
+/// decays to a denormal number, with which processors compute twenty times slower.
 const NEXT_TO_NOTHING: f64 = 1e-200;
 
 /// What acts on a soft particle.
@@ -45,13 +44,13 @@ const NEXT_TO_NOTHING: f64 = 1e-200;
 pub struct SoftEffects {
     /// E_w.
     pub stiffness: f64,
-    /// Force along +x: the weight, or nothing while the droplet is put in place.
+    /// Force along +x: the weight, or zero while the droplet is put at its start.
     pub weight: f64,
     /// Damping rate far from walls, `1/V_t`.
     pub far_rate: f64,
     /// Strength of the near-wall drag, `b0/b_inf`.
     pub b0: f64,
-    /// Its exponent.
+    /// Exponent of the near-wall drag.
     pub alpha: f64,
 }
 
@@ -67,16 +66,16 @@ pub struct SoftMotion<W: Walls> {
     dt: f64,
     walls: Arc<W>,
     near: Neighbours<W::Obstacle>,
-    /// What each of them remembers of the step before ([`Obstacle::push_point`]).
+    /// What each wall in `near` remembers of the step before ([`Obstacle::push_point`]).
     memories: Vec<f64>,
     instruction_set: InstructionSet,
-    /// How far from a skeleton the listed walls may be, so that the nearest is among them.
+    /// Walls whose skeletons are nearer than this were listed.
     far: f64,
     /// Where the point was when the list was made.
     listed_at: [f64; 2],
 }
 
-/// All that decides how a soft particle goes on, as checkpoints keep it.
+/// Everything that decides how a soft particle goes on, as checkpoints keep it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SoftState {
     position: [f64; 2],
@@ -87,8 +86,7 @@ pub struct SoftState {
 }
 
 impl<W: Walls> SoftMotion<W> {
-    /// A point at rest at `position` (world): its velocity half a step before, `u = -dt/2 F/M`, is what makes `v` zero
-    /// now.
+    /// A point at rest at `position` in world coordinates: `v` is zero now if half a step before `u = -dt/2 F/M`.
     pub fn start(
         position: [f64; 2],
         effects: SoftEffects,
@@ -105,14 +103,13 @@ impl<W: Walls> SoftMotion<W> {
         motion
     }
 
-    /// Its state between two steps.
     pub(crate) fn state(&self) -> SoftState {
         let Self { position, velocity, origin, listed_at, .. } = *self;
         SoftState { position, velocity, origin, listed_at, slack: self.near.skin.left }
     }
 
-    /// Goes on from `state`. The list is made where it was made before: with near-wall drag that place decides how far
-    /// out walls are listed, and so the last bits.
+    /// Goes on from `state`. The list is made at the place where it was made before. With near-wall drag that place
+    /// decides how far out walls are listed, and so the last bits of the drag.
     pub(crate) fn resume(
         state: SoftState,
         effects: SoftEffects,
@@ -144,8 +141,8 @@ impl<W: Walls> SoftMotion<W> {
         0.5 + self.walls.surface()
     }
 
-    /// Lists the walls that may come into reach. With near-wall drag it looks further out until the nearest wall is
-    /// among them for certain.
+    /// Lists the walls that may come into reach. With near-wall drag it looks further out, until the nearest wall is
+    /// certainly among them.
     #[inline(never)]
     fn list_near(&mut self) {
         let [x, y] = self.position;
@@ -163,13 +160,13 @@ impl<W: Walls> SoftMotion<W> {
         self.listed_at = self.position;
     }
 
-    /// Clears what the walls remember, so that what follows depends on the present alone.
+    /// Clears the memories of the walls, so that the next steps depend only on the present state.
     fn forget(&mut self) {
         self.memories.clear();
         self.memories.resize(self.near.items.len(), 0.0);
     }
 
-    /// Force at `position`, drag apart.
+    /// Force at `position`, without drag.
     #[inline(always)]
     fn force(&mut self, position: [f64; 2]) -> [f64; 2] {
         // 1 - 2d/sigma = 2 overlap at sigma = 1.
@@ -181,8 +178,8 @@ impl<W: Walls> SoftMotion<W> {
         force
     }
 
-    /// Damping rate at `[x, y]`: `(1 + b0 d^-alpha)/V_t`, d the distance of the droplet's rim from the nearest
-    /// wall, no less than a hundredth of sigma.
+    /// Damping rate at `[x, y]`: `(1 + b0 d^-alpha)/V_t`, with d the distance of the droplet's rim from the nearest
+    /// wall, but at least [`NEAREST`].
     fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
         let (effects, far) = (&self.effects, self.far + SKIN);
         let depths =
@@ -201,8 +198,7 @@ impl<W: Walls> SoftMotion<W> {
         }
     }
 
-    /// Takes `steps` time steps. Compiled for the instruction set S, so that the fused multiply-adds are single
-    /// instructions.
+    /// Compiled for the instruction set S, so that fused multiply-adds are single instructions.
     #[inline(always)]
     fn advance_with<S: Simd, const NEAR_WALL: bool>(&mut self, _: S, steps: u64) {
         let factors = |rate: f64, dt: f64| {
@@ -210,7 +206,7 @@ impl<W: Walls> SoftMotion<W> {
             ((1.0 - damping) / (1.0 + damping), dt / MASS / (1.0 + damping))
         };
         let (mut keep, mut push) = factors(self.effects.far_rate, self.dt);
-        // In registers: a step would wait for memory otherwise.
+        // Local copies stay in registers; a step would wait for memory otherwise.
         let Self { mut position, mut velocity, dt, .. } = *self;
         let mut skin = self.near.skin;
         for _ in 0..steps {
@@ -219,7 +215,7 @@ impl<W: Walls> SoftMotion<W> {
             }
             let force = self.force(position);
             for k in 0..2 {
-                // x + dt u+; what does not wait for the force comes first.
+                // x + dt u+, with the part that does not depend on the force first.
                 let coasting = (dt * keep).mul_add(velocity[k], position[k]);
                 velocity[k] = velocity[k].mul_add(keep, force[k] * push);
                 position[k] = (dt * push).mul_add(force[k], coasting);

@@ -1,4 +1,4 @@
-//! What is read off a soft particle: its outline with the loads on it, and everything that is recorded.
+//! What is measured on a soft particle.
 
 use crate::parameters::MASS;
 use crate::physics::observation::Observation;
@@ -7,7 +7,7 @@ use crate::physics::walls::wall::{Obstacle, Walls};
 use crate::results::outline::{LoadRecord, Outline};
 
 impl<W: Walls> SoftMotion<W> {
-    /// The point at time `t`, and the loads on it; each acts where the normal meets the surface of its wall.
+    /// The outline at time `t`: one point, and the loads on it, each at the surface of its wall.
     pub fn outline(&self, t: f64) -> Outline {
         let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
         let mut loads = Vec::new();
@@ -23,7 +23,7 @@ impl<W: Walls> SoftMotion<W> {
         Outline { t, x: vec![world[0]], y: vec![world[1]], loads }
     }
 
-    /// Everything that is recorded, at the present position.
+    /// Measures everything that is recorded.
     pub fn observe(&mut self) -> Observation {
         self.forget();
         let force = self.force(self.position);

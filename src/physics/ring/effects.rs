@@ -1,16 +1,11 @@
-//! All that acts on one ring: its own elasticity, weight, drag, walls, and whatever else pushes.
-//!
-//! Both integrators of a ring read their forces here, and everything that is recorded of a ring is read off here.
+//! All that acts on one ring: elasticity, weight, drag, walls, and other forces. Both integrators take their forces from
+//! here, and everything that is recorded of a ring is measured here.
 
 use crate::parameters::{Deformable, MASS, regular_edge};
 use crate::physics::observation::Observation;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
-use crate::physics::ring::forces::area::Area;
 use crate::physics::ring::forces::contact::{Load, WallContact};
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::tension::EdgeTension;
+use crate::physics::ring::forces::{RingForce, area::Area, drag::Drag, gravity::Gravity, tension::EdgeTension};
 use crate::physics::ring::passes::{EdgeLaw, RingForces};
 use crate::results::outline::{LoadRecord, Outline};
 use std::f64::consts::PI;
@@ -24,13 +19,13 @@ pub struct RingEffects {
     pub area: Area,
     /// Weight of the vertices.
     pub gravity: Gravity,
-    /// Drag.
+    /// The drag.
     pub drag: Drag,
     /// Square of the smoothing length eps.
     pub eps_squared: f64,
     /// Contact with the walls.
     pub walls: Box<dyn WallContact>,
-    /// Other forces: of the ring on itself, of hydrostatic pressure.
+    /// Other forces: those of the ring on itself, and of hydrostatic pressure.
     pub others: Vec<Box<dyn RingForce>>,
 }
 
@@ -49,7 +44,7 @@ impl RingEffects {
         }
     }
 
-    /// Tells walls and other forces that no vertex of `ring` moved further than `distance`. The drag is not told.
+    /// Tells walls and other forces that no vertex of `ring` moved further than `distance`. The drag is updated separately.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64, ring: &Ring) {
         self.walls.moved(distance, ring);
@@ -58,18 +53,17 @@ impl RingEffects {
         }
     }
 
-    /// The tension along the edges.
     pub(crate) fn edge_law(&self) -> EdgeLaw {
         EdgeLaw { tension: self.tension.law(), eps_squared: self.eps_squared }
     }
 
-    /// The forces on a ring of this area; `pushed` is what [`push`](Self::push) said.
+    /// The forces on a ring of this area; `pushed` is the answer of [`push`](Self::push).
     pub(crate) fn forces(&self, area: f64, pushed: bool) -> RingForces {
         let half_pressure = 0.5 * self.area.pressure(area);
         RingForces { law: self.edge_law(), half_pressure, weight: self.gravity.force(), pushed }
     }
 
-    /// Sets the forces of walls and the like on the vertices; false, and nothing is set, if none can act now.
+    /// Sets the forces of walls and other forces on the vertices. False, and nothing is set, if none can act now.
     #[inline(always)]
     pub(crate) fn push(&self, ring: &mut Ring) -> bool {
         if !self.walls.acts() && !self.others.iter().any(|other| other.acts()) {
@@ -89,30 +83,28 @@ impl RingEffects {
         true
     }
 
-    /// Tells the effects that an implicit step has ended here.
     pub(crate) fn settled(&mut self, ring: &Ring) {
         self.walls.settled(ring);
         self.others.iter_mut().for_each(|other| other.settled(ring));
     }
 
-    /// Has the effects hold on to what they pushed; false if there is nothing to hold.
+    /// [`RingForce::hold`] of all effects; true if any of them holds.
     pub(crate) fn hold(&mut self, ring: &Ring) -> bool {
         let held = self.walls.hold(ring);
         self.others.iter_mut().fold(held, |held, other| other.hold(ring) | held)
     }
 
-    /// Has the effects let go.
     pub(crate) fn let_go(&mut self) {
         self.walls.let_go();
         self.others.iter_mut().for_each(|other| other.let_go());
     }
 
-    /// What the walls, and after them each of the other forces, remember.
+    /// [`RingForce::memory`] of the walls, and then of each other force.
     pub(crate) fn memory(&self) -> Vec<Vec<f64>> {
         std::iter::once(self.walls.memory()).chain(self.others.iter().map(|other| other.memory())).collect()
     }
 
-    /// Takes over a [memory](Self::memory) after the lists were made; false if these effects could not have written it.
+    /// [`RingForce::recall`] of all effects; false if the memory does not fit them.
     pub(crate) fn recall(&mut self, memory: &[Vec<f64>]) -> bool {
         let Some((of_walls, of_others)) = memory.split_first() else { return false };
         of_others.len() == self.others.len()
@@ -125,7 +117,7 @@ impl RingEffects {
         self.energy_with(ring, self.walls.energy(ring))
     }
 
-    /// The same where the energy of the contacts is known.
+    /// Potential energy, given the energy of the contacts.
     fn energy_with(&self, ring: &Ring, contact: f64) -> f64 {
         let mut energy = self.area.energy(ring.area_and_perimeter().0) + contact;
         energy += self.others.iter().map(|other| other.energy(ring)).sum::<f64>();
@@ -137,7 +129,7 @@ impl RingEffects {
         energy
     }
 
-    /// Everything that is recorded of `ring`, whose vertices have the velocities `v`.
+    /// Measures everything that is recorded of `ring`, whose vertices have the velocities `v`.
     pub(crate) fn observe(&self, ring: &Ring, vx: &[f64], vy: &[f64]) -> Observation {
         let (area, perimeter) = ring.area_and_perimeter();
         let (centroid, velocity) = ring.centroid(vx, vy);

@@ -1,24 +1,21 @@
 //! The ring of a deformable particle, and what acts on it.
 //!
-//! Vertices stand counter-clockwise in one array for each coordinate. Positions are relative to an `origin` near the
-//! droplet, a multiple of `ORIGIN_STEP` that follows it, so that rounding does not grow with the distance travelled.
-//! Entries from `n` on repeat vertex 0: an edge or a vertex there adds exact zeros to every sum, and no loop needs a
-//! tail.
+//! Each coordinate has one array, in which the vertices stand counter-clockwise. Positions are relative to an `origin`
+//! that follows the droplet in multiples of `ORIGIN_STEP`, so that rounding does not grow with the distance travelled.
+//! Entries from `n` on repeat vertex 0: they add exact zeros to every sum, so no loop needs a tail.
 //!
-//! This folder knows geometry, energies and forces; it does not know how time advances. Read [`Ring`] first, then
-//! [`forces`] with a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take
-//! most of the time.
+//! This folder knows geometry, energies and forces, but not how time advances. Read [`Ring`] first, then [`forces`] with
+//! a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take most of the time.
 
 pub mod effects;
 pub mod forces;
 pub(crate) mod passes;
 
 use crate::parameters::{MASS, regular_edge};
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, padded};
+use crate::physics::simd::{LANES, aligned::Aligned, padded};
 use std::f64::consts::PI;
 
-/// The origin moves by multiples of this, so that no position is rounded when it does.
+/// The origin moves by multiples of this, which rounds no position.
 pub(crate) const ORIGIN_STEP: f64 = 4.0;
 
 /// State and scratch of a ring of `n` vertices.
@@ -28,23 +25,21 @@ pub struct Ring {
     pub n: usize,
     /// x of each vertex relative to the origin, `padded(n) + 8` long.
     pub x: Aligned,
-    /// y, likewise.
+    /// y of each vertex, as long as `x`.
     pub y: Aligned,
-    /// x velocity half a step before the positions, `padded(n)` long, zero from `n` on.
+    /// x of each velocity, half a step before the positions, `padded(n)` long, zero from `n` on.
     pub ux: Aligned,
-    /// y velocity, likewise.
+    /// y of each velocity, as long as `ux`.
     pub uy: Aligned,
-    /// Where the local coordinates start.
+    /// Origin of the local coordinates.
     pub origin: [f64; 2],
-    /// Scratch, as all that follows. Edge vectors, x: edge `i` (vertex i to i + 1) stands at `8 + i`, edge -1 at 7.
+    // This and the following arrays are scratch. Edge `i`, from vertex i to i + 1, stands at `8 + i`, edge -1 at 7.
     pub(crate) edge_x: Aligned,
-    /// Edge vectors, y, likewise.
     pub(crate) edge_y: Aligned,
-    /// Tension over smoothed length of each edge, likewise.
+    /// Tension over smoothed length of each edge.
     pub(crate) coefficient: Aligned,
-    /// Forces of walls and the like on each vertex, x; entry `n` belongs to vertex 0 until it is folded.
+    /// Forces of walls and other forces; entry `n` holds forces that are to be added to vertex 0.
     pub(crate) force_x: Aligned,
-    /// The same, y.
     pub(crate) force_y: Aligned,
 }
 
@@ -84,7 +79,7 @@ impl Ring {
         regular_edge(n) / (2.0 * libm::sin(PI / n as f64))
     }
 
-    /// Repeats vertex 0 behind the last one, and sets the velocities of the padding to zero.
+    /// Repeats vertex 0 behind the last vertex, and sets the velocities of the padding to zero.
     #[inline(always)]
     pub fn close(&mut self) {
         let (first_x, first_y, n) = (self.x[0], self.y[0], self.n);
@@ -123,11 +118,11 @@ impl Ring {
         (0.5 * twice_area, perimeter)
     }
 
-    /// Area centroid in local coordinates and its velocity, for vertex velocities `v`.
+    /// Area centroid in local coordinates, and its velocity if the vertices have the velocities `v`.
     ///
-    /// `C = sum (r_i + r_{i+1}) c_i/(6a)` with `c_i` the cross product of neighbours; its velocity is the derivative.
+    /// `C = sum (r_i + r_{i+1}) c_i/(6a)` with `c_i` the cross product of neighbours. The velocity is its time derivative.
     pub(crate) fn centroid(&self, vx: &[f64], vy: &[f64]) -> ([f64; 2], [f64; 2]) {
-        // Sums relative to vertex 0 keep the cancellation small.
+        // Places relative to vertex 0 keep cancellation small.
         let (x0, y0) = (self.x[0], self.y[0]);
         let (ux0, uy0) = (vx[0], vy[0]);
         let (mut twice_area, mut rate) = (0.0, 0.0);
@@ -166,7 +161,7 @@ impl Ring {
         winding != 0
     }
 
-    /// Moves the origin next to vertex 0, if that has gone more than a step away.
+    /// Moves the origin next to vertex 0, if that is more than a step away.
     pub(crate) fn follow(&mut self) {
         let shift = [self.x[0], self.y[0]].map(|c| (c / ORIGIN_STEP).trunc() * ORIGIN_STEP);
         if shift == [0.0, 0.0] {

@@ -1,26 +1,23 @@
-//! The passes over a ring that its integrators share, eight vertices at a time.
+//! The passes over a ring that both integrators use, eight vertices at a time.
 //!
-//! [`edge_pass`] makes edges, tension coefficients and area from positions, [`net_forces`] the forces there.
-//! [`step_pass`] takes a Verlet step and leaves the edges of the *new* positions behind: while a block is still in
-//! registers its edges cost two shuffles instead of four loads, and one loop does what two did (linear tension at N_v =
-//! 256, AVX-512: 0.64 instead of 0.90 ns a vertex). The last edge of a block needs the block after it, so edges follow
-//! one block behind.
+//! [`edge_pass`] computes edges, tension coefficients and area from the positions, and [`net_forces`] the forces.
+//! [`step_pass`] takes a Verlet step and also computes the edges at the *new* positions. While a block is in registers
+//! its edges cost two shuffles instead of four loads, and one loop replaces two (linear tension at N_v = 256, AVX-512:
+//! 0.64 instead of 0.90 ns per vertex). The last edge of a block needs the next block, so the edges are computed one
+//! block later than the positions.
 //!
-//! Each pass is compiled for every instruction set, and for each of these with and without edge lengths, forces of
-//! walls, and a rate of drag of its own for each vertex.
+//! Each pass is compiled for every instruction set, and there with and without edge lengths, forces of walls, and
+//! separate drag rates of the vertices.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::drag::Rates;
-use crate::physics::ring::forces::tension::TensionLaw;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
+use crate::physics::ring::forces::{drag::Rates, tension::TensionLaw};
+use crate::physics::simd::{InstructionSet, Instructions, LANES, fma, inverse_sqrt, load, max_lanes, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
 /// The tension of a ring.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeLaw {
-    /// Its two numbers.
     pub(crate) tension: TensionLaw,
     /// Square of the smoothing length eps.
     pub(crate) eps_squared: f64,
@@ -41,7 +38,7 @@ fn add_cross<S: Instructions>(sum: f64x8<S>, x: f64x8<S>, y: f64x8<S>, ex: f64x8
     fma(x, ey, fma(-y, ex, sum))
 }
 
-/// Makes edge vectors and their tension coefficients; returns the area.
+/// Computes edge vectors and their tension coefficients; returns the area.
 pub(crate) fn edge_pass(instruction_set: InstructionSet, ring: &mut Ring, law: EdgeLaw) -> f64 {
     if law.tension.needs_length() {
         on_instruction_set!(instruction_set, simd => edge_pass_with::<_, true>(simd, ring, law))
@@ -83,8 +80,8 @@ fn close_seam(ring: &mut Ring) {
     }
 }
 
-/// Stores at `at` the edges of the block of vertices `here` and their tension coefficients; adds their part of the area
-/// to `cross`. The last edge leads to the first vertex of the block `next`.
+/// Stores the edges that begin at the block of vertices `here`, and their tension coefficients, at `at`; adds their part
+/// of the area to `cross`. The last edge ends at the first vertex of the block `next`.
 #[inline(always)]
 fn edges_behind<S: Instructions, const LENGTH: bool>(
     simd: S,
@@ -105,20 +102,16 @@ fn edges_behind<S: Instructions, const LENGTH: bool>(
     add_cross(cross, here.0, here.1, ex, ey)
 }
 
-/// The forces on a ring of known edges.
+/// The forces on a ring whose edges are known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RingForces {
-    /// Tension.
     pub(crate) law: EdgeLaw,
-    /// Half the pressure of the area.
     pub(crate) half_pressure: f64,
-    /// Weight of a vertex.
     pub(crate) weight: f64,
-    /// Whether `ring.force_x`, `ring.force_y` hold forces of walls and the like.
+    /// Whether `ring.force_x`, `ring.force_y` hold forces of walls or other forces.
     pub(crate) pushed: bool,
 }
 
-/// The edge arrays of a ring.
 #[derive(Clone, Copy)]
 pub(crate) struct EdgeArrays<'a> {
     pub(crate) x: &'a [f64],
@@ -134,7 +127,7 @@ impl<'a> EdgeArrays<'a> {
 }
 
 impl RingForces {
-    /// Sum of all forces but drag on the vertices `i..i + 8`.
+    /// Sum of all forces on the vertices `i..i + 8` except drag.
     #[inline(always)]
     pub(crate) fn at<S: Instructions, const LENGTH: bool, const PUSHED: bool>(
         &self,
@@ -164,7 +157,7 @@ impl RingForces {
     }
 }
 
-/// Stores the force on each vertex, drag apart.
+/// Stores the force on each vertex, without drag.
 pub(crate) fn net_forces(
     instruction_set: InstructionSet,
     ring: &Ring,
@@ -199,8 +192,8 @@ fn net_forces_with<S: Instructions, const LENGTH: bool>(
     }
 }
 
-/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients there.
-/// The edges of the old positions must be up to date. Returns the new area and the largest squared speed.
+/// Takes a Verlet step of `dt`: new half-step velocities and positions, and the edges and tension coefficients at these
+/// positions. Before it the edges must be up to date. Returns the new area and the largest squared speed.
 #[inline]
 pub(crate) fn step_pass(
     instruction_set: InstructionSet,
@@ -279,7 +272,7 @@ fn step_with<S: Instructions, const LENGTH: bool, const PUSHED: bool, const EVEN
         store(x, xs, i);
         store(y, ys, i);
         if i > 0 {
-            // These places are free: this block was the last to read them, for the edge behind it.
+            // The old edges there are no longer needed: this block was the last to read them.
             let arrays = [&mut *edge_x, &mut *edge_y, &mut *coefficient];
             cross = edges_behind::<S, LENGTH>(simd, law, (x_before, y_before), (x, y), arrays, i, cross);
         }

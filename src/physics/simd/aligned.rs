@@ -1,17 +1,17 @@
-//! Numbers in memory that begin on a cache line.
+//! Arrays that begin on a cache line.
 //!
-//! A vector of eight numbers is one cache line. Where arrays begin anywhere, each load and store touches two, which
-//! costs 10 to 15% of a step in free flight at AVX-512.
+//! A vector of eight numbers fills a cache line. In arrays that begin anywhere, each load and store touches two lines,
+//! which costs 10 to 15% of a step in free flight with AVX-512.
 //!
 //! This is own code because it needs no `unsafe`, and its bytes in a checkpoint are those of a `Vec<f64>`.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 
-/// Bytes of a cache line.
+/// Size of a cache line in bytes.
 const LINE: usize = 64;
 
-/// A slice of numbers that owns itself, begins on a cache line and keeps its length.
+/// A `Box<[f64]>` that begins on a cache line.
 #[derive(Serialize, Deserialize)]
 #[serde(from = "Vec<f64>", into = "Vec<f64>")]
 pub struct Aligned {
@@ -21,12 +21,11 @@ pub struct Aligned {
 }
 
 impl Aligned {
-    /// `len` zeros.
     pub(crate) fn zeros(len: usize) -> Self {
         let per_line = LINE / size_of::<f64>();
         let mut values: Vec<f64> = Vec::with_capacity(len + per_line);
         let start = (values.as_ptr() as usize).wrapping_neg() % LINE / size_of::<f64>();
-        // Within the capacity, so that nothing moves.
+        // This stays within the capacity, so the numbers do not move.
         values.resize(start + len, 0.0);
         Self { values, start }
     }

@@ -1,20 +1,21 @@
-//! Eight numbers at a time: the few vector operations that the kernels share.
+//! Vectors of eight numbers: the few operations that the kernels share.
 //!
 //! Every kernel is generic over the instruction set `S` and works on [`f64x8`], whatever the width of the hardware: one
-//! AVX-512 register, two AVX2 registers, four NEON ones, or plain scalars. Kernels use only operations that IEEE 754
-//! rounds exactly (the fused multiply-add among them), in one order, so all instruction sets give the same bits.
+//! AVX-512 register, two AVX2 registers, four NEON registers, or plain scalars. Kernels use only operations that IEEE
+//! 754 rounds correctly (including the fused multiply-add), in a fixed order, so all instruction sets give the same
+//! bits.
 
 pub mod aligned;
 
 pub use fearless_simd::Level as InstructionSet;
 use fearless_simd::{f64x8, prelude::*};
 
-/// Numbers in a vector; arrays are padded to a multiple of it.
+/// Numbers in a vector. Arrays are padded to a multiple of it.
 pub(crate) const LANES: usize = 8;
 
 /// `1/sqrt(s)` to the last bit or two, for `s` between 1e-37 and 1e37.
 ///
-/// A single-precision start (relative error 1e-7) and one third-order step `y (1 + h/2 + 3h^2/8)`, `h = 1 - s y^2`,
+/// From a single-precision guess (relative error 1e-7), one third-order step `y (1 + h/2 + 3h^2/8)`, `h = 1 - s y^2`,
 /// whose error is `5h^3/16`, below 1e-20. Costs less than half of a double-precision root and division.
 #[inline(always)]
 pub(crate) fn inverse_sqrt<S: Instructions>(simd: S, s: f64x8<S>) -> f64x8<S> {
@@ -31,7 +32,7 @@ pub trait Instructions: Simd {
     fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self>;
 }
 
-/// Implements it for sets that have the instruction.
+/// Implements [`Instructions`] for sets with a fused multiply-add.
 macro_rules! fused {
     ($($set:ty),+) => {
         $(impl Instructions for $set {
@@ -48,7 +49,7 @@ fused!(fearless_simd::x86::Avx2, fearless_simd::x86::Avx512);
 fused!(fearless_simd::aarch64::Neon);
 
 impl Instructions for fearless_simd::Fallback {
-    // Not inlined: what replaces the instruction is long.
+    // Not inlined, because the code that replaces the instruction is long.
     #[inline(never)]
     fn fma(a: f64x8<Self>, b: f64x8<Self>, c: f64x8<Self>) -> f64x8<Self> {
         let (x, y, z) = (a.as_slice(), b.as_slice(), c.as_slice());
@@ -76,13 +77,11 @@ pub(crate) fn max_lanes<S: Simd>(v: f64x8<S>) -> f64 {
     v.as_slice().iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b))
 }
 
-/// Loads eight numbers from `values[at..at + 8]`.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, values: &[f64], at: usize) -> f64x8<S> {
     f64x8::from_slice(simd, &values[at..at + LANES])
 }
 
-/// Stores eight numbers to `values[at..at + 8]`.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(v: f64x8<S>, values: &mut [f64], at: usize) {
     v.store_slice(&mut values[at..at + LANES]);
@@ -95,7 +94,7 @@ pub(crate) const fn padded(n: usize) -> usize {
 
 /// Runs `$body` with `$simd` for the instruction set `$instruction_set`, compiled with its features switched on.
 ///
-/// Only the sets that machines of the last ten years have get code of their own; others take the plain one.
+/// Only instruction sets that are common on machines of the last ten years have their own code; others use scalars.
 #[macro_export]
 macro_rules! on_instruction_set {
     ($instruction_set:expr, $simd:ident => $body:expr) => {{

@@ -1,29 +1,25 @@
-//! Drives a droplet from check to check until its run ends: step, judge, record, finish.
+//! Drives a droplet from check to check until its trajectory ends: step, judge, record, finish.
 
 use crate::parameters::Point;
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
-use crate::physics::simulate::judge::Judge;
-use crate::physics::simulate::record::Recorder;
 use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
-use crate::physics::simulate::timetable::Timetable;
-use crate::physics::simulate::{RunEnded, mechanism};
+use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Recorder, timetable::Timetable};
 use crate::results::trajectory::{Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
 
-/// A run before its first step.
 pub(super) fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
     let begin = motion.observe();
     let mut recorder = Recorder::new(point, begin);
     let outline = motion.outline(0.0);
     if point.shapes_every.is_some() {
-        recorder.keep(outline.clone());
+        recorder.outlines.push(outline.clone());
     }
     let lowest_energy = begin.energy();
     Course { step: 0, checks: 0, has_moved: false, was_below: false, lowest_energy, outline, recorder }
 }
 
-/// Advances from check to check until the run ends.
+/// Advances from check to check until the trajectory ends.
 pub(super) fn drive(
     motion: &mut dyn Motion,
     point: &Point,
@@ -59,22 +55,21 @@ pub(super) fn drive(
     }
 }
 
-/// A run that was told to stop. What was done since the last check is dropped; it goes on from there.
+/// A trajectory that was told to stop. It will go on from the last check; steps after that are dropped.
 fn stopped(course: Course, motion: MotionState) -> RunEnded {
     RunEnded::Stopped(Some(Box::new(Snapshot { course, motion })))
 }
 
-/// Records what is due at this check; at the last one, everything.
+/// Records what is due at this check; at the last check, everything.
 fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64, last: bool) {
     if last || timetable.is_sample(course.checks) {
         course.recorder.record(t, seen);
     }
     if last || timetable.is_outline(course.checks) {
-        course.recorder.keep(course.outline.clone());
+        course.recorder.outlines.push(course.outline.clone());
     }
 }
 
-/// The trajectory of a run that ended at time `t`.
 fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused: u64) -> Trajectory {
     let Course { step, outline, recorder, .. } = course;
     let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));

@@ -1,33 +1,29 @@
-//! What fails a run, and what ends it.
+//! What makes a trajectory fail, and what ends it.
 
 use crate::parameters::{Engulfed, Model, Point, Scene};
 use crate::physics::motion::Motion;
 use crate::physics::observation::Observation;
-use crate::physics::ring::forces::self_contact::apart::Apart;
-use crate::physics::ring::forces::self_contact::crosses;
+use crate::physics::ring::forces::self_contact::{apart::Apart, crosses};
 use crate::physics::simulate::snapshot::Course;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass, Outcome};
 
-/// Rise of the total energy over its lowest value so far that only an instability can cause, in g rho sigma^3.
+/// A larger rise of the total energy over its lowest value so far shows an instability, in g rho sigma^3.
 const ENERGY_RISE_LIMIT: f64 = 0.05;
 
-/// The rules of one run; they depend on the point alone.
+/// The rules of one trajectory, which depend only on its point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judge {
-    /// Vertex diameter.
     delta: f64,
-    /// Which parts of a ring are too far apart along it to be neighbours.
+    /// The rule for which parts of a ring are neighbours along it.
     apart: Apart,
-    /// Whether an obstacle inside the droplet is a failure.
+    /// Whether a trajectory fails if an obstacle lies inside the droplet.
     fails_engulfed: bool,
-    /// Below this E_k/E_t a droplet is at rest.
     ek_threshold: f64,
-    /// What coming to rest is called.
+    /// The outcome of a droplet that comes to rest.
     at_rest: Outcome,
-    /// Beyond this x a droplet is through.
+    /// The trajectory ends with an exit beyond this x.
     h_end: f64,
-    /// After this displacement a run ends.
     distance: f64,
 }
 
@@ -47,10 +43,10 @@ impl Judge {
         Self { delta, apart, fails_engulfed, ek_threshold, at_rest, h_end, distance }
     }
 
-    /// Takes note of the energy and the outline at time `t`, and of an obstacle inside the droplet if that is allowed.
+    /// Checks that the droplet is sound at time `t`, and notes its energy, its outline, and an obstacle inside it.
     ///
     /// # Errors
-    /// A [`Failure`] of class `unstable`, `engulfed` or `crossed`, with the last outline that was sound.
+    /// A [`Failure`] of class `unstable`, `engulfed` or `crossed`, with the last sound outline.
     pub(super) fn sound(
         &self,
         motion: &dyn Motion,
@@ -59,11 +55,11 @@ impl Judge {
         t: f64,
     ) -> Result<(), Failure> {
         let rise = seen.energy() - course.lowest_energy;
-        // Written so that a NaN fails, too.
+        // Negated, so that a NaN fails too.
         if !(rise < ENERGY_RISE_LIMIT) {
             let reason =
                 format!("the total energy rose by {rise:.3e} at t = {t}; lower dt, or see it with `meniscus render`");
-            // Nothing sound is left of the droplet, so the outline of the check before is kept.
+            // The present outline is not sound, so that of the check before is kept.
             return Err(failure(FailureClass::Unstable, reason, course.step, &course.outline));
         }
         course.outline = motion.outline(t);
@@ -75,7 +71,7 @@ impl Judge {
                 );
                 return Err(failure(FailureClass::Engulfed, reason, course.step, &course.outline));
             }
-            course.recorder.mark_engulfed(t);
+            course.recorder.engulfed_t.get_or_insert(t);
         }
         if motion.ring().is_some_and(|ring| crosses(ring, self.delta, self.apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
@@ -86,11 +82,11 @@ impl Judge {
         Ok(())
     }
 
-    /// What ends the run at this check, if anything does; `last` if its time is over.
+    /// How the trajectory ends at this check, if it does; `last` if its time is over.
     pub(super) fn outcome(&self, course: &mut Course, seen: &Observation, last: bool) -> Option<Outcome> {
         let is_below = course.recorder.ek_ratio(seen) < self.ek_threshold;
         course.has_moved |= !is_below;
-        // At two checks in a row: a droplet that turns back is at rest for an instant only.
+        // A clog needs two checks in a row, because a droplet that turns back is at rest for an instant.
         let rests = course.has_moved && is_below && course.was_below;
         course.was_below = is_below;
         if rests {

@@ -1,39 +1,38 @@
 //! How a clog holds: by wrapping, by squeezing, or otherwise.
 //!
-//! What holds a droplet up is the part of each load against gravity, `s_i = max(0, -F_x,i)`; `S = sum s_i`. With the
-//! obstacles sorted by `s_i`:
+//! The support of an obstacle is the part of its load against gravity, `s_i = max(0, -F_x,i)`; `S = sum s_i`. With the
+//! obstacles sorted by `s_i`, the largest first, the first rule that is fulfilled names the mechanism:
 //!
-//! | mechanism | rule, the first that holds |
+//! | mechanism | rule |
 //! |---|---|
 //! | wrap | one obstacle carries `s_1 >= 0.7 S`, and along its contact the ring turns by 60 degrees or more |
 //! | squeeze | two carry `s_1 + s_2 >= 0.8 S`, each `s_i >= 0.15 S`, push towards each other, and the throat is filled |
-//! | hybrid | anything else that holds |
+//! | hybrid | any other support |
 //!
-//! Two obstacles push towards each other across gravity if the one at larger y has `F_y < 0` and the other `F_y > 0`. The
-//! droplet fills the throat between them if the midpoint of the two contacts lies inside it.
+//! Two obstacles push towards each other if the one at larger y has `F_y < 0` and the other `F_y > 0`. The droplet fills
+//! the throat between them if the midpoint of the two contacts lies inside the droplet.
 //!
-//! A soft particle has no ring that could bend, so it never wraps. Its one point cannot tell whether a throat is
-//! filled, so its squeeze does not ask for the midpoint.
+//! A soft particle has no ring that could bend, so it never wraps, and its squeeze does not need a filled throat.
 //!
-//! Shares and angle are a choice of this program ([C24] names the cases, not their limits). The kept outlines hold all
-//! that the rule reads, so other limits can be tried on finished runs.
+//! Shares and angle are a choice of this program: [C24] names the cases, but not their limits. Outlines hold all that
+//! the rule needs, so other limits can be tried on finished runs.
 
 use crate::results::outline::{LoadRecord, Outline};
 use crate::results::trajectory::Mechanism;
 
-/// Share of the supporting force from which on one obstacle holds the droplet.
+/// Smallest share of the support of an obstacle that is wrapped.
 const WRAP_SHARE: f64 = 0.7;
 
-/// Angle, in degrees, by which the ring turns round an obstacle that it wraps, at least.
+/// Smallest angle by which the ring turns round an obstacle that it wraps, in degrees.
 const WRAP_TURN: f64 = 60.0;
 
-/// Share of the supporting force from which on two obstacles hold the droplet together.
+/// Smallest share of the support of two obstacles together, between which a droplet is squeezed.
 const SQUEEZE_SHARE: f64 = 0.8;
 
-/// Share that each of these two carries at least.
+/// Smallest share of each of these two.
 const SQUEEZE_LEAST: f64 = 0.15;
 
-/// How the droplet is held; `None` if nothing pushes against gravity.
+/// The mechanism; `None` if nothing pushes against gravity.
 ///
 /// ```
 /// use meniscus::physics::simulate::mechanism;
@@ -50,7 +49,7 @@ pub fn of(outline: &Outline) -> Option<Mechanism> {
         return None;
     }
     let mut shares: Vec<(f64, &LoadRecord)> = outline.loads.iter().map(|load| (support(load) / total, load)).collect();
-    // A stable sort: equal shares stay in the order of the obstacles.
+    // The sort is stable: equal shares stay in the order of the obstacles.
     shares.sort_by(|a, b| b.0.total_cmp(&a.0));
     let is_ring = outline.x.len() > 1;
     let wraps = |&(share, load): &(f64, &LoadRecord)| share >= WRAP_SHARE && load.turn.to_degrees() >= WRAP_TURN;
@@ -68,7 +67,7 @@ pub fn of(outline: &Outline) -> Option<Mechanism> {
     })
 }
 
-/// Whether two obstacles push the droplet towards each other across gravity.
+/// Whether two obstacles push towards each other.
 fn face_each_other(a: &LoadRecord, b: &LoadRecord) -> bool {
     let (lower, upper) = if a.y < b.y { (a, b) } else { (b, a) };
     lower.fy > 0.0 && upper.fy < 0.0

@@ -1,18 +1,8 @@
-//! From a job to its trajectory: start the droplet, drive it from check to check, judge and record it at each.
+//! From a job to its trajectory: `start` the droplet, `drive` it from check to check by the `timetable`, `judge` and
+//! `record` it at each check.
 //!
-//! | file | idea |
-//! |---|---|
-//! | `start` | settles the effects of a job, and puts its droplet in place |
-//! | `drive` | the loop: step, judge, record, finish |
-//! | `timetable` | when a run is looked at |
-//! | `judge` | what fails a run, and what ends it |
-//! | `record` | what is kept of a run |
-//! | [`mechanism`] | how a clog holds |
-//! | `snapshot` | a run on its way, so that it goes on with the same bits |
-//! | [`stability`] | the largest stable step, known before a job starts |
-//!
-//! A caller needs [`simulate`] alone, or [`go_on`] with [`Snapshot`] and [`Keeper`] for a run that may be stopped and
-//! taken up again. Nothing here knows files, SQL or the time of day.
+//! A caller needs only [`simulate`], or [`go_on`] with [`Snapshot`] and [`Keeper`] for a trajectory that may be stopped
+//! and taken up again. [`stability`] tells the largest stable step before a job starts, [`mechanism`] how a clog holds.
 
 mod drive;
 mod judge;
@@ -39,18 +29,18 @@ pub struct Context<'a> {
     pub arrays: &'a ArrayLibrary,
     /// The instruction set.
     pub instruction_set: InstructionSet,
-    /// Set to end all simulations within some ten milliseconds.
+    /// Simulations stop within some ten milliseconds after this is set.
     pub stop: &'a AtomicBool,
 }
 
-/// How a computation of a trajectory ended, if not in a failure.
+/// How the computation of a trajectory ended, if it did not fail.
 #[derive(Debug)]
 pub enum RunEnded {
     /// The trajectory came to its end.
     Finished(Box<Trajectory>),
-    /// It was told to stop, and can go on from here; from its beginning if it had not begun to move.
+    /// It was told to stop, and can go on from this snapshot; without one, from its beginning.
     Stopped(Option<Box<Snapshot>>),
-    /// The snapshot is not one of this job; nothing was done.
+    /// The snapshot does not belong to this job; nothing was done.
     WrongSnapshot,
 }
 
@@ -81,7 +71,7 @@ pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, F
     }
 }
 
-/// Computes the trajectory of a job, from a snapshot on if there is one: with the same bits as without a break.
+/// Computes the trajectory of a job, from a snapshot on if there is one. A break changes no bit.
 ///
 /// # Errors
 /// As [`simulate`].

@@ -1,4 +1,4 @@
-//! What is recorded of a run: the columns of `samples`, and the extremes and means of a trajectory.
+//! What is recorded of a trajectory: the columns of `samples`, extremes and means.
 //!
 //! | column | unit | value |
 //! |---|---|---|
@@ -16,13 +16,12 @@ use crate::results::outline::Outline;
 use crate::results::trajectory::Samples;
 use serde::{Deserialize, Serialize};
 
-/// Share of the recorded time that counts as start-up.
+/// The start-up is this share of the recorded time.
 const START_UP: f64 = 0.1;
 
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-/// Collects the record of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Recorder {
     v_t: f64,
@@ -38,7 +37,7 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// A record that begins with what is seen when gravity comes on.
+    /// A record that begins with the observation when gravity comes on.
     pub(super) fn new(point: &Point, begin: Observation) -> Self {
         let mut recorder = Self {
             v_t: point.v_t,
@@ -63,12 +62,10 @@ impl Recorder {
         seen.x - self.start_x
     }
 
-    /// E_k/E_t.
     pub(super) fn ek_ratio(&self, seen: &Observation) -> f64 {
         seen.kinetic / (0.5 * MASS * self.v_t * self.v_t)
     }
 
-    /// Keeps the extremes.
     pub(super) fn watch(&mut self, seen: &Observation, energy_rise: f64) {
         let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
         self.shape_max = larger(self.shape_max, seen.shape);
@@ -78,12 +75,6 @@ impl Recorder {
         self.ek_ratio_min = self.ek_ratio_min.min(self.ek_ratio(seen));
     }
 
-    /// Marks that an obstacle lies inside the ring at time `t`.
-    pub(super) fn mark_engulfed(&mut self, t: f64) {
-        self.engulfed_t.get_or_insert(t);
-    }
-
-    /// Adds a sample.
     pub(super) fn record(&mut self, t: f64, seen: &Observation) {
         let (r, ek_ratio) = (self.displacement(seen), self.ek_ratio(seen));
         let samples = &mut self.samples;
@@ -97,11 +88,6 @@ impl Recorder {
         samples.area_error.extend(seen.area_error);
     }
 
-    /// Keeps an outline.
-    pub(super) fn keep(&mut self, outline: Outline) {
-        self.outlines.push(outline);
-    }
-
     /// Mean speed after the start-up, in V_t.
     pub(super) fn mean_speed(&self) -> Option<f64> {
         slope_after_start_up(&self.samples.t, &self.samples.r).map(|slope| slope / self.v_t)
@@ -110,7 +96,7 @@ impl Recorder {
 
 /// Least-squares slope of r(t) once the first tenth of the recorded time has passed, in units of r over units of t.
 ///
-/// `t` rises and is as long as `r`. `None` if fewer than five samples, or no time at all, are left.
+/// `t` increases and is as long as `r`. `None` if fewer than five samples are left, or all at the same time.
 fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
     let (first, last) = (*t.first()?, *t.last()?);
     let started = t.partition_point(|&time| time < first + START_UP * (last - first));
@@ -118,7 +104,7 @@ fn slope_after_start_up(t: &[f64], r: &[f64]) -> Option<f64> {
     if t.len() < FEWEST_SAMPLES {
         return None;
     }
-    // Centred first: r and t are large where their differences matter.
+    // Relative to the means, because r and t are large compared with their differences.
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (t_mean, r_mean) = (mean(t), mean(r));
     let covariance: f64 = t.iter().zip(r).map(|(t, r)| (t - t_mean) * (r - r_mean)).sum();

@@ -1,28 +1,22 @@
-//! A trajectory on its way: everything that decides how it goes on, so that it goes on with the same bits.
+//! A trajectory at one of its checks: everything that decides how it goes on, bit for bit.
 
 use crate::parameters::Point;
 use crate::physics::motion::MotionState;
-use crate::physics::simulate::record::Recorder;
-use crate::physics::simulate::timetable::Timetable;
+use crate::physics::simulate::{record::Recorder, timetable::Timetable};
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
-/// How far a run has come, at a check.
+/// How far a trajectory has come, at a check.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
-    /// Time steps taken.
     pub(super) step: u64,
-    /// Checks made.
     pub(super) checks: u64,
-    /// Whether the droplet was ever seen to move.
     pub(super) has_moved: bool,
-    /// Whether it was at rest at this check: a clog must show at two checks in a row.
+    /// Whether it was at rest at this check; a clog needs two such checks in a row.
     pub(super) was_below: bool,
-    /// Lowest total energy so far.
+    /// Lowest total energy at any check so far.
     pub(super) lowest_energy: f64,
-    /// The outline at this check.
     pub(super) outline: Outline,
-    /// All that is recorded.
     pub(super) recorder: Recorder,
 }
 
@@ -39,17 +33,17 @@ impl Snapshot {
         self.course.step
     }
 
-    /// Whether a run of `point` has steps left from here.
+    /// Whether a trajectory of `point` has steps left from here.
     pub(super) fn is_before_the_end_of(&self, point: &Point) -> bool {
         self.course.step < Timetable::of(point).end
     }
 }
 
-/// Takes snapshots of a trajectory on its way; what it does with them cannot change the trajectory.
+/// Takes snapshots of a trajectory, which it cannot change.
 pub trait Keeper {
-    /// Whether one is wanted now; asked at every check.
+    /// Whether a snapshot is wanted now; asked at every check.
     fn wants(&mut self) -> bool;
-    /// Takes one.
+    /// Takes a snapshot.
     fn keep(&mut self, snapshot: Snapshot);
 }
 

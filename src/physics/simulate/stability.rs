@@ -1,23 +1,23 @@
-//! The largest stable time step of an explicit integrator, term by term, known before a job starts.
+//! The largest stable time step of Verlet, estimated term by term before a job starts.
 //!
-//! Velocity-Verlet is stable for `dt < 2/omega`, omega the highest frequency of the linearised forces. Frequencies of
-//! several terms on one vertex add in squares at most, so `omega^2 <= sum omega_term^2` bounds it from above.
+//! Velocity-Verlet is stable for `dt < 2/omega`, where omega is the highest frequency of the linearised forces. If
+//! several terms act on a vertex, `omega^2 <= sum omega_term^2`.
 
 use crate::parameters::{Deformable, MASS, Model, Point, SelfContact, regular_edge};
 use crate::physics::ring::forces::self_contact::apart::Apart;
 
-/// Step of the source paper, and the largest that `dt = "auto"` takes.
+/// The step of [C24], and the largest that `dt = "auto"` takes.
 pub(crate) const PAPER_DT: f64 = 1e-3;
 
 /// Share of the stability limit that `dt = "auto"` takes at most.
 pub(crate) const AUTO_SHARE: f64 = 0.8;
 
-/// How much stiffer the area of a ring of uneven edges is than that of a round one: `K_a sum (l_i + l_{i+1})^2/(4 m)`
-/// over `4 pi K_a`, when three vertices of four crowd together. Without this factor, at K_a = 1e6 and Gamma = 1.09, an
-/// eighth of the time had to be taken again in smaller steps.
+/// By what factor the area of a ring with uneven edges is stiffer than that of an even ring: `K_a sum (l_i +
+/// l_{i+1})^2/(4 m)` over `4 pi K_a`, if three of four vertices crowd together. Without this factor, at K_a = 1e6 and
+/// Gamma = 1.09, an eighth of the time had to be taken again in smaller steps.
 const UNEVEN: f64 = 4.0;
 
-/// Whether vertices of this ring pile up and push each other apart.
+/// Whether vertices of this ring pile up and repel each other.
 pub(crate) fn vertices_pile_up(ring: &Deformable) -> bool {
     ring.self_contact == SelfContact::Auto && Apart::of(ring) == Apart::Places
 }
@@ -43,13 +43,13 @@ pub struct StabilityLimit {
 }
 
 impl StabilityLimit {
-    /// The limit of a grid point under an explicit integrator (its `stepping` is not read).
+    /// The limit of a grid point under Verlet; `point.stepping` is not read.
     pub fn of(point: &Point) -> Self {
         let mut terms = match &point.model {
             Model::Deformable(ring) => ring_terms(ring),
             Model::Soft(soft) => vec![TermFrequency {
                 term: "wall",
-                // Up to four discs press on a point at once.
+                // At most four discs press on a point at once.
                 omega: (4.0 * 4.0 * soft.e_w / MASS).sqrt(),
                 remedy: "lower e_w",
             }],
@@ -59,7 +59,7 @@ impl StabilityLimit {
         Self { dt_max: 2.0 / sum.sqrt(), terms }
     }
 
-    /// The step that `dt = "auto"` stands for: the paper's 1e-3, or 0.8 of the limit if that is smaller.
+    /// Verlet's step under `dt = "auto"`: the paper's 1e-3, or 0.8 of the limit if that is smaller.
     pub fn auto_dt(&self) -> f64 {
         PAPER_DT.min(AUTO_SHARE * self.dt_max)
     }
@@ -69,37 +69,23 @@ fn ring_terms(ring: &Deformable) -> Vec<TermFrequency> {
     let n = ring.n_vertices as f64;
     let vertex_mass = MASS / n;
     let eps = ring.eps * regular_edge(ring.n_vertices);
+    let term = |term, omega, remedy| TermFrequency { term, omega, remedy };
+    let tension = (4.0 * ring.gamma / (eps * vertex_mass)).sqrt();
+    let area = (UNEVEN * 4.0 * std::f64::consts::PI * ring.k_a).sqrt();
+    let wall = (2.0 * ring.k_w() / vertex_mass).sqrt();
     let mut terms = vec![
-        TermFrequency {
-            term: "tension",
-            omega: (4.0 * ring.gamma / (eps * vertex_mass)).sqrt(),
-            remedy: "lower gamma or n_vertices, or raise eps",
-        },
-        TermFrequency {
-            term: "area",
-            omega: (UNEVEN * 4.0 * std::f64::consts::PI * ring.k_a).sqrt(),
-            remedy: "lower k_a",
-        },
-        TermFrequency {
-            term: "wall",
-            omega: (2.0 * ring.k_w() / vertex_mass).sqrt(),
-            remedy: "lower e_w, or take wall = \"total\"",
-        },
+        term("tension", tension, "lower gamma or n_vertices, or raise eps"),
+        term("area", area, "lower k_a"),
+        term("wall", wall, "lower e_w, or take wall = \"total\""),
     ];
     if vertices_pile_up(ring) {
-        terms.push(TermFrequency {
-            term: "self-contact",
-            // All vertices may stand on one edge: N_v k = the total stiffness.
-            omega: (Apart::Places.total_stiffness() / vertex_mass).sqrt(),
-            remedy: "raise gamma, lower n_vertices, or take self_contact = \"off\"",
-        });
+        // All vertices may stand on one edge, so the total stiffness N_v k counts.
+        let omega = (Apart::Places.total_stiffness() / vertex_mass).sqrt();
+        terms.push(term("self-contact", omega, "raise gamma, lower n_vertices, or take self_contact = \"off\""));
     }
     if ring.kappa > 0.0 {
-        terms.push(TermFrequency {
-            term: "perimeter",
-            omega: 2.0 * n * (ring.kappa * ring.gamma / MASS).sqrt(),
-            remedy: "lower kappa or n_vertices",
-        });
+        let omega = 2.0 * n * (ring.kappa * ring.gamma / MASS).sqrt();
+        terms.push(term("perimeter", omega, "lower kappa or n_vertices"));
     }
     terms
 }

@@ -1,33 +1,26 @@
-//! Settles the effects of a job, once, and puts its droplet in place.
+//! Decides which effects a job has, and puts its droplet at its start.
 
 use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, Scene, Soft};
-use crate::physics::motion::guard::GuardedMotion;
-use crate::physics::motion::implicit::ImplicitMotion;
 use crate::physics::motion::placing::{Placing, Site};
-use crate::physics::motion::verlet::VerletMotion;
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{
+    Interruption, Motion, MotionState, guard::GuardedMotion, implicit::ImplicitMotion, verlet::VerletMotion,
+};
 use crate::physics::point::{SoftEffects, SoftMotion};
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::hydrostatic::Hydrostatic;
-use crate::physics::ring::forces::near_wall_drag::NearWallDrag;
-use crate::physics::ring::forces::self_contact::SelfContact;
-use crate::physics::ring::forces::self_contact::apart::Apart;
+use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
+use crate::physics::ring::forces::{
+    contact::Contact, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, near_wall_drag::NearWallDrag,
+};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simulate::Context;
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
-use crate::physics::walls::plate::Plate;
-use crate::physics::walls::wall::Walls;
-use crate::physics::walls::wedge::ChannelWalls;
+use crate::physics::walls::{plate::Plate, wall::Walls, wedge::ChannelWalls};
 use std::sync::Arc;
 
-/// The droplet of a job: in the state `from`, or in place and at rest, gravity just switched on. `None` if the state is
-/// not one of this job.
+/// The droplet of a job: in the state `from`, or at its start and at rest, with gravity just switched on. `None` if the
+/// state does not belong to this job.
 ///
 /// # Errors
-/// [`Interruption::Stopped`] before the droplet was in place, or a failure of the array or of putting it in place.
+/// [`Interruption::Stopped`] before the droplet was at its start; a failure to make the array or to place the droplet.
 pub(super) fn start(
     job: &Job,
     context: Context<'_>,
@@ -52,7 +45,6 @@ pub(super) fn start(
     }
 }
 
-/// A grid point, the walls of its scene, and where and how its droplet starts.
 struct Start<'a, W: Walls> {
     point: &'a Point,
     walls: Arc<W>,
@@ -109,7 +101,6 @@ impl<W: Walls> Start<'_, W> {
         Placing { site: self.site, stepping: &self.point.stepping, instruction_set, stop }
     }
 
-    /// The ring in its place, where gravity does not act yet.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
         self.placing().ring(ring, self.weightless(ring))
     }
@@ -124,7 +115,7 @@ impl<W: Walls> Start<'_, W> {
         effects
     }
 
-    /// Its elasticity, the walls, and its contact with itself.
+    /// Elasticity, walls, and self-contact.
     fn weightless(&self, ring: &Deformable) -> RingEffects {
         let (n, k_w, delta, instruction_set) = (ring.n_vertices, ring.k_w(), ring.delta, self.context.instruction_set);
         let contact = Contact::new(self.walls.clone(), ring.contact, n, k_w, delta, instruction_set);

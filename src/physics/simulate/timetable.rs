@@ -1,25 +1,25 @@
-//! When a run is looked at: its checks, samples and outlines, in time steps.
+//! When a droplet is checked and recorded, in time steps.
 
 use crate::parameters::Point;
 
 /// Longest simulated time between two checks of a droplet, in t0.
 const CHECK_EVERY: f64 = 1.0;
 
-/// The times at which a run is looked at; they depend on the point alone.
+/// The times of checks, samples and outlines, which depend only on the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Timetable {
     /// Steps between two checks.
     check: u64,
     checks_per_sample: u64,
     checks_per_outline: Option<u64>,
-    /// Steps of the longest run.
+    /// Steps until the time limit.
     pub(super) end: u64,
 }
 
 impl Timetable {
     pub(super) fn of(point: &Point) -> Self {
         let dt = point.stepping.dt;
-        // As few checks a sample as the limit allows, or up to twice as many if they then fall on whole steps.
+        // As few checks per sample as the limit allows, or up to twice as many if they then fall on whole steps.
         let (fewest, steps) = ((point.sample_every / CHECK_EVERY).ceil().max(1.0) as u64, point.sample_every / dt);
         let whole = |checks: &u64| ((steps / *checks as f64).round() * *checks as f64 - steps).abs() < 1e-6 * steps;
         let checks_per_sample = (fewest..=2 * fewest).find(whole).unwrap_or(fewest);
@@ -35,12 +35,12 @@ impl Timetable {
         (step + self.check).min(self.end)
     }
 
-    /// Whether a sample is due after so many checks.
+    /// Whether a sample is due after this many checks.
     pub(super) fn is_sample(self, checks: u64) -> bool {
         checks.is_multiple_of(self.checks_per_sample)
     }
 
-    /// Whether an outline is due after so many checks.
+    /// Whether an outline is due after this many checks.
     pub(super) fn is_outline(self, checks: u64) -> bool {
         self.checks_per_outline.is_some_and(|every| checks.is_multiple_of(every))
     }

@@ -1,7 +1,7 @@
-//! A disc: a point, its centre c, with the surface at its radius.
+//! A disc. Its skeleton is its centre c, and its surface lies at its radius.
 //!
-//! The nearest point of an edge from p with the vector e lies at `q = -(p - c).e/e^2`, cut off to [0, 1]. Distance and
-//! normal there are length and direction of `p + q e - c`, and the normal turns by the inverse distance.
+//! The nearest point of an edge, which begins at p and has the vector e, lies at `q = -(p - c).e/e^2`, clamped to
+//! [0, 1]. Distance and normal are length and direction of `p + q e - c`; the curvature is the inverse distance.
 
 use crate::physics::walls::wall::{Edges, Obstacle, Touch};
 use fearless_simd::{f64x8, prelude::*};
@@ -9,7 +9,7 @@ use fearless_simd::{f64x8, prelude::*};
 /// A disc near a droplet, in local coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// Tells it from the others of its array.
+    /// Its number in its array.
     pub id: u32,
     /// x of its centre.
     pub x: f64,
@@ -60,11 +60,11 @@ impl Obstacle for Disc {
         })
     }
 
-    /// Adds `k (R/d - 1) r`, where R is the reach and r, of length d, leads from the centre to the point.
+    /// Adds `k (R/d - 1) r`, where R is the reach, and r is the vector from the centre to the point, of length d.
     ///
-    /// Each step of a soft particle waits for `1/d` and little else. So it is made without root or division from y, the
-    /// one of the step before: `y (1 + e/2 + 3e^2/8 + 5e^3/16 + 35e^4/128)` with `e = 1 - d^2 y^2`. The series is used
-    /// for `|e| < 5e-4`, where its error `63e^5/256` is below 1e-17.
+    /// The time of a step of a soft particle is mostly that of `1/d`. So `1/d` is computed without root or division
+    /// from its value y in the step before: `y (1 + e/2 + 3e^2/8 + 5e^3/16 + 35e^4/128)` with `e = 1 - d^2 y^2`. The
+    /// series is used for `|e| < 5e-4`, where its error `63e^5/256` is below 1e-17.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (at[0] - self.x, at[1] - self.y);
@@ -97,7 +97,7 @@ impl Obstacle for Disc {
 }
 
 impl Disc {
-    /// Where on each edge its nearest point lies, and that point relative to the centre.
+    /// The place q of the nearest point on each edge, and that point relative to the centre.
     #[inline(always)]
     fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>) -> [f64x8<S>; 3] {
         let Edges { x, y, ex, ey } = edges;

@@ -1,14 +1,8 @@
-//! What droplets lean on, and where it stands.
+//! The obstacles of a scene, and where they stand.
 //!
 //! This folder knows parameters, results and [`simd`](crate::physics::simd), but nothing of droplets. Read [`wall`]
-//! first: it says what an obstacle must be able to tell, and how to write your own.
-//!
-//! | module | idea |
-//! |---|---|
-//! | [`wall`] | the traits: an obstacle, and the walls of a scene |
-//! | [`disc`], [`wedge`], [`plate`] | the obstacles, with their formulas |
-//! | `neighbours` | lists of what is near, and how long they hold |
-//! | [`arrays`] | how the discs of an array get their places |
+//! first: it says what an obstacle must provide, and how to write your own. [`disc`], [`wedge`] and [`plate`] are the
+//! obstacles with their formulas, and [`arrays`] places discs at random.
 
 pub mod arrays;
 pub mod disc;

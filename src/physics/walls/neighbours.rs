@@ -1,78 +1,56 @@
-//! Lists of what is near a droplet, and how long they hold.
+//! Lists of what is near a droplet, and for how long they are valid.
 //!
-//! Contact, near-wall drag, self-contact and the soft particle all look only at what is near. Each lists what could
-//! matter within a little more than its own reach, and uses the list until something may have moved by that little
-//! more, the skin:
+//! Contact, near-wall drag, self-contact and the soft particle have a reach, and need only what is nearer. Each keeps a
+//! list of what is within `reach + skin`. As long as nothing has moved further than `skin`, the list contains everything
+//! within `reach`. So a step costs only one subtraction of the distance travelled. The list is made again when the skin
+//! is used up, or when the origin of the coordinates of its items has moved.
 //!
-//! ```text
-//! |---- reach ----|-- skin --|
-//! ```
-//!
-//! A list made within `reach + skin` misses nothing within `reach` as long as nothing has moved further than `skin`. So
-//! each step costs one subtraction for the distance travelled, and a list is made again only when the skin is used up,
-//! or when the origin of the coordinates has moved, in which its items are told.
-//!
-//! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made, unless its
-//! owner stores something else with it, which then is part of the owner's saved state.
+//! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made. Where an owner
+//! measures something else when it makes its list, that is part of the owner's saved state.
 
 use crate::physics::walls::wall::{Obstacle, Walls};
 
-/// Obstacles are not looked for around anything larger than this, in sigma: a ring that has burst would ask for the
-/// whole scene.
+/// No obstacles are listed for a box larger than this, in sigma. A ring that has burst would list the whole scene.
 const LARGEST: f64 = 1e3;
 
-/// How far things may move before a list of what is near them misses something.
+/// How far things may move before a list of what is near them is made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Skin {
-    width: f64,
-    /// What is left of it since the list was made.
+    pub(crate) width: f64,
+    /// The part of the width that is left.
     pub(crate) left: f64,
 }
 
 impl Skin {
-    /// A skin of this width whose list is yet to be made.
-    pub(crate) const fn new(width: f64) -> Self {
-        Self { width, left: f64::NEG_INFINITY }
-    }
-
-    /// How wide it is while nothing has moved.
-    pub(crate) fn width(self) -> f64 {
-        self.width
-    }
-
-    /// Takes note that nothing moved further than `distance`; tells whether the list must be made again.
+    /// Notes that nothing moved further than `distance`. True if the list must be made again.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64) -> bool {
         self.left -= distance;
-        // Written so that a NaN, too, leads to a new list.
+        // Negated, so that a NaN too leads to a new list.
         !(self.left >= 0.0)
     }
 }
 
-/// A list of what is near.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours<T> {
-    /// What was near when the list was made.
+    /// What was near when the list was made, in coordinates relative to `origin`.
     pub(crate) items: Vec<T>,
     pub(crate) skin: Skin,
-    /// Origin of the coordinates that the items are told in.
     origin: [f64; 2],
 }
 
 impl<T> Neighbours<T> {
-    /// A list that is yet to be made.
     pub(crate) const fn new(skin: f64) -> Self {
-        Self { items: Vec::new(), skin: Skin::new(skin), origin: [f64::NAN; 2] }
+        Self { items: Vec::new(), skin: Skin { width: skin, left: f64::NEG_INFINITY }, origin: [f64::NAN; 2] }
     }
 
-    /// Takes note that nothing moved further than `distance`, in coordinates with this origin; tells whether the list
-    /// must be made again.
+    /// Notes that nothing moved further than `distance`, and the present origin. True if the list must be made again.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64, origin: [f64; 2]) -> bool {
         self.skin.moved(distance) || self.origin != origin
     }
 
-    /// Empties the list, for what is near now to be put in.
+    /// Empties the list and restores the skin.
     pub(crate) fn renew(&mut self, origin: [f64; 2]) {
         self.items.clear();
         self.skin.left = self.skin.width;
@@ -81,7 +59,7 @@ impl<T> Neighbours<T> {
 }
 
 /// The obstacles whose skeletons may come within `far` of the box `[x_min, x_max, y_min, y_max]`, in the order of their
-/// ids, told in coordinates relative to `origin`.
+/// ids. Box and obstacles are in coordinates relative to `origin`.
 pub(crate) fn obstacles_near<W: Walls>(walls: &W, origin: [f64; 2], bounds: [f64; 4], far: f64) -> Vec<W::Obstacle> {
     let [x0, x1, y0, y1] = bounds;
     let mut near = Vec::new();

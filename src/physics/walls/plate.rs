@@ -1,8 +1,8 @@
 //! A flat wall across the droplet's way at `x = 0`, on which it comes to rest ([C24] Fig. 7b).
 //!
-//! A point at x is `x0 - x` away from the half-plane beyond x0. Along an edge that is linear in q, so the edge's
-//! nearest point is an end. With the term in beta ([`wall`](crate::physics::walls::wall)) it lies at
-//! `q = 1/2 + e_x/(2 beta)`, cut off to [0, 1].
+//! The distance of a point at x from the half-plane beyond x0 is `x0 - x`. Along an edge it is linear in q, so the
+//! nearest point is an end of the edge. With the term in beta ([`wall`](crate::physics::walls::wall)) it lies at
+//! `q = 1/2 + e_x/(2 beta)`, clamped to [0, 1].
 
 use crate::physics::walls::wall::{Edges, FACE_BETA, Obstacle, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};

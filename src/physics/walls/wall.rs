@@ -1,8 +1,8 @@
-//! What an obstacle must be able to tell, and the walls of a scene.
+//! What an obstacle must provide, and the walls of a scene.
 //!
 //! # Skeleton and surface
-//! An obstacle is a convex *skeleton* and a *surface* that surrounds it at a fixed distance, which all obstacles of a
-//! scene share:
+//! An obstacle is a convex *skeleton* and a *surface* around it at a fixed distance, which is the same for all obstacles
+//! of a scene:
 //!
 //! | obstacle | skeleton | distance of the surface |
 //! |---|---|---|
@@ -10,7 +10,7 @@
 //! | [`Wedge`](crate::physics::walls::wedge::Wedge) | a sharp wedge | the radius of its tip |
 //! | [`HalfPlane`](crate::physics::walls::plate::HalfPlane) | everything beyond a line | 0 |
 //!
-//! All distances below are signed and from the skeleton, negative inside it. They are convex functions along an edge,
+//! All distances below are from the skeleton, and negative inside it. They are convex functions along an edge,
 //! because the skeleton is convex, so an edge has one nearest point.
 //!
 //! # What is asked
@@ -28,25 +28,25 @@
 //! | [`Obstacle::inner_point`] | a point that no droplet may contain | the check for engulfed obstacles |
 //! | [`Obstacle::id`] | a number | sums over obstacles, which go in its order |
 //!
-//! The term in `beta` is there for flat faces. An edge that lies parallel to one has no one nearest point, and its
-//! force would jump from end to end. With the term the function is still convex, the force still the gradient of an
-//! energy, and continuous. Round obstacles need none: their [`Obstacle::BETA`] is zero.
+//! Flat faces need the term in `beta`. An edge parallel to a face has no unique nearest point, and without the term the
+//! force would jump from one end to the other. With the term the function is still convex, and the force is still the
+//! gradient of an energy and continuous. For round obstacles [`Obstacle::BETA`] is zero.
 //!
 //! # Writing your own
-//! 1. Implement [`Obstacle`] for a small `Copy` type that holds the skeleton in local coordinates, and what tells it
-//!    from the others. `plate.rs` is the shortest example, `disc.rs` one without a face, `wedge.rs` one with faces and
-//!    a corner. Functions of eight lanes are `#[inline(always)]` and use no closures: code that is not inlined for sure
-//!    has no vector instructions of its own.
-//! 2. Implement [`Walls`] for the scene: the distance of the surface, and which obstacles come near a box. This one is
-//!    asked rarely.
+//! 1. Implement [`Obstacle`] for a small `Copy` type that holds the skeleton in local coordinates, and a number.
+//!    `plate.rs` is the shortest example, `disc.rs` has no face, `wedge.rs` has faces and a corner. Functions of eight
+//!    lanes are `#[inline(always)]` and use no closures, because code that may not be inlined is compiled without
+//!    vector instructions.
+//! 2. Implement [`Walls`] for the scene: the distance of the surface, and which obstacles come near a box. These are
+//!    called rarely.
 //! 3. Test `distance` against points sampled along edges, as `wedge.rs` does, and the force against the slope of the
 //!    energy, as `tests/physics.rs` does.
 
 use crate::physics::simd::Instructions;
 use fearless_simd::{f64x8, prelude::*};
 
-/// beta of obstacles with flat faces: the depth, in sigma, over which the force on an edge parallel to a face passes
-/// from one end to the other.
+/// beta of obstacles with flat faces, in sigma: over this depth the force on an edge that is nearly parallel to a face
+/// passes from one end to the other.
 pub(crate) const FACE_BETA: f64 = 2.5e-4;
 
 /// Eight edges: where they start, relative to the ring's origin, and their vectors.
@@ -65,9 +65,9 @@ pub struct Edges<S: Simd> {
 /// How eight edges touch an obstacle.
 #[derive(Clone, Copy)]
 pub struct Touch<S: Simd> {
-    /// Where on the edge its nearest point lies, in [0, 1].
+    /// Place of the nearest point on the edge, in [0, 1].
     pub q: f64x8<S>,
-    /// `reach` less the distance of that point from the skeleton; zero where they do not touch.
+    /// `reach` minus the distance of that point from the skeleton; zero if they do not touch.
     pub overlap: f64x8<S>,
     /// Unit normal away from the obstacle, x.
     pub nx: f64x8<S>,
@@ -75,12 +75,12 @@ pub struct Touch<S: Simd> {
     pub ny: f64x8<S>,
 }
 
-/// A convex obstacle. The [module](self) says what each question means.
+/// A convex obstacle. The [module](self) explains each question.
 pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// beta in [`touch`](Self::touch): 2.5e-4 sigma for obstacles with flat faces, zero for round ones.
     const BETA: f64;
 
-    /// Orders the obstacles of a scene, so that sums over them have one order.
+    /// Number of the obstacle in its scene. Sums over obstacles go in this order.
     fn id(&self) -> u32;
 
     /// Distance of the skeleton from the nearest point of each edge, negative inside it.
@@ -92,14 +92,13 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How the edges touch, or `None` if none comes closer to the skeleton than `reach`.
     fn touch<S: Simd>(&self, simd: S, edges: Edges<S>, reach: f64) -> Option<Touch<S>>;
 
-    /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it does not.
+    /// How deep a point lies within `reach` of the skeleton, and the unit normal there; `None` if it lies outside.
     fn touch_point(&self, x: f64, y: f64, reach: f64) -> Option<(f64, [f64; 2])>;
 
-    /// `force` and the push on a point, which is `stiffness` times how deep the point lies within `reach`, along the
-    /// normal.
+    /// `force` plus the push on a point: `stiffness` times how deep the point lies within `reach`, along the normal.
     ///
-    /// `memory` is the obstacle's own from one step to the next, zero at first. An obstacle may keep there what makes
-    /// the next answer quicker, for a point that has hardly moved.
+    /// The obstacle may keep a number in `memory` from one step to the next, to answer faster for a point that has
+    /// hardly moved. It is zero at first.
     #[inline(always)]
     fn push_point(&self, at: [f64; 2], reach: f64, stiffness: f64, memory: &mut f64, force: [f64; 2]) -> [f64; 2] {
         let _ = memory;
@@ -116,21 +115,16 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// a corner of the skeleton is nearest, zero where a face is.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
 
-    /// The point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced
-    /// by it. `None` where no one point tells.
+    /// A point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced by
+    /// it. `None` if there is no such point.
     fn inner_point(&self) -> Option<[f64; 2]>;
 }
 
-/// How an instruction set asks an obstacle: in line where it has vectors, by a call where it has none. Eight lanes are
-/// long in plain code, and took minutes to compile when they were in line everywhere.
+/// The questions to obstacles, inlined for instruction sets with vectors, and not inlined for scalars: inlined
+/// everywhere, the scalar code of eight lanes took minutes to compile.
 pub(crate) trait ObstacleQueries: Instructions {
-    /// [`Obstacle::distance`].
     fn distance<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>) -> f64x8<Self>;
-
-    /// [`Obstacle::distance_to`].
     fn distance_to<T: Obstacle>(self, obstacle: &T, x: f64x8<Self>, y: f64x8<Self>) -> f64x8<Self>;
-
-    /// [`Obstacle::touch`].
     fn touch<T: Obstacle>(self, obstacle: &T, edges: Edges<Self>, reach: f64) -> Option<Touch<Self>>;
 }
 
@@ -162,7 +156,7 @@ obstacle_queries!(inline(never): fearless_simd::Fallback);
 
 /// The walls of a scene.
 pub trait Walls: Send + Sync + std::fmt::Debug + 'static {
-    /// What they are made of.
+    /// The type of the obstacles.
     type Obstacle: Obstacle;
 
     /// Distance of the surface from the skeleton: the radius of a disc or of a tip, in sigma.

@@ -1,17 +1,17 @@
-//! A constriction between two wedges: `|y| >= w/2 + |x| tan(angle)`, infinite to both sides ([C24] 2.3).
+//! A constriction between two infinite wedges, `|y| >= w/2 + |x| tan(angle)` ([C24] 2.3).
 //!
-//! A tip radius rounds the wedges off. The skeleton is then a sharp wedge whose tip stands further from the axis by
-//! that radius, with the surface at the radius around it, so that the orifice keeps its width.
+//! A tip radius rounds the wedges. The skeleton is then a sharp wedge whose tip stands further from the axis by that
+//! radius, so that the orifice keeps its width.
 //!
-//! For a point at (x, y) from the tip of a wedge that opens upwards, mirrored to the right face (x >= 0), with s and c
-//! the sine and cosine of the angle:
+//! For a point at (x, y) relative to the tip of a wedge that opens upwards, mirrored to the right face (x >= 0), with s
+//! and c the sine and cosine of the angle:
 //!
 //! ```text
 //! x c + y s <= 0:  the tip is nearest,   d = sqrt(x^2 + y^2),   n = (x, y)/d
 //! otherwise:       the face is nearest,  d = x s - y c,         n = (s, -c)
 //! ```
 //!
-//! The nearest point of an edge is the best of six candidates: `Wedge::nearest` says why.
+//! The nearest point of an edge is the best of six candidates, see `Wedge::nearest`.
 
 use crate::physics::walls::wall::{Edges, FACE_BETA, Obstacle, Touch, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
@@ -62,7 +62,7 @@ pub struct Wedge {
     cos: f64,
 }
 
-/// Signed distance of a wedge from eight points, and the unit normals there.
+/// Signed distance of eight points from a wedge, and the unit normals there.
 struct Separation<S: Simd> {
     distance: f64x8<S>,
     nx: f64x8<S>,
@@ -70,19 +70,19 @@ struct Separation<S: Simd> {
 }
 
 impl Wedge {
-    /// Whether it reaches into the box `[x_min, x_max, y_min, y_max]`. The deepest point of a box is the one that is
-    /// nearest to the axis, at the edge on the wedge's side.
+    /// Whether the wedge reaches into the box `[x_min, x_max, y_min, y_max]`. The deepest point of the box lies on its
+    /// side towards the wedge, where that side is nearest to the line x = 0.
     fn meets(&self, [x0, x1, y0, y1]: [f64; 4]) -> bool {
         let off_axis = (x0 - self.x).max(self.x - x1).max(0.0);
         let deep = ((y0 - self.y) * self.side).max((y1 - self.y) * self.side);
         off_axis * self.sin <= deep * self.cos
     }
 
-    /// The separation from points told relative to the tip of a wedge that opens upwards.
+    /// The separation of points that are given relative to the tip of a wedge that opens upwards.
     #[inline(always)]
     fn separation<S: Simd>(&self, simd: S, rx: f64x8<S>, ry: f64x8<S>) -> Separation<S> {
         let zero = f64x8::splat(simd, 0.0);
-        // Mirrored to the right face, which is the nearer one.
+        // Mirrored to the right face, which is then the nearer face.
         let mirrored = rx.abs();
         let along = mirrored * self.cos + ry * self.sin;
         let face = mirrored * self.sin - ry * self.cos;
@@ -98,9 +98,9 @@ impl Wedge {
 
     /// The point of each edge where `d(q) + beta (q - 1/2)^2` is smallest: that value, the normal there, and q.
     ///
-    /// The function is convex. Its minimum is at an end of the edge, or is the minimum of one of its pieces (the right
-    /// face, the left face, the tip), or lies where the nearer face changes, on the axis. So the smallest of the values
-    /// at these candidates is the minimum.
+    /// The function is convex. Its minimum lies at an end of the edge, or is the minimum of one of its pieces (right
+    /// face, left face, tip), or lies at x = 0, where the nearer face changes. So it is the smallest of the values at
+    /// these candidates.
     #[inline(always)]
     fn nearest<S: Simd>(&self, simd: S, edges: Edges<S>, beta: f64) -> (Separation<S>, f64x8<S>) {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
@@ -116,7 +116,7 @@ impl Wedge {
         let lean = 0.5 / beta.max(1e-300);
         let on_right = clamp(simd, 0.5 - (ex * self.sin - ey * self.cos) * lean);
         let on_left = clamp(simd, 0.5 - (-ex * self.sin - ey * self.cos) * lean);
-        // At the tip it is a hyperbola; a few Newton steps from its vertex.
+        // Near the tip it is a hyperbola, on which a few Newton steps lead from the vertex to the minimum.
         let mut at_tip = clamp(simd, to_tip);
         for _ in 0..3 {
             let away = at_tip - to_tip;
@@ -143,7 +143,6 @@ impl Wedge {
     }
 }
 
-/// The nearest place on an edge, from 0 to 1.
 #[inline(always)]
 fn clamp<S: Simd>(simd: S, q: f64x8<S>) -> f64x8<S> {
     q.max(f64x8::splat(simd, 0.0)).min(f64x8::splat(simd, 1.0))

@@ -1,4 +1,4 @@
-//! Error against time: every setting of N_v, dt and integrator in a scene, and those that no other beats.
+//! Error against computing time: all settings of N_v, dt and integrator in a scene, and their Pareto front.
 
 use crate::campaign::choose::tolerance::{Knobs, default_at};
 use crate::parameters::{Model, Point, Scene};
@@ -6,28 +6,28 @@ use crate::study::accuracy::ladder::{Column, Ladder};
 use crate::study::accuracy::records::{Difference, PointRecords};
 use crate::study::accuracy::scene::TestScene;
 
-/// By how much a slower setting must be more accurate to stand on the front.
+/// A slower setting is on the front only if its error is smaller by more than this share.
 const VISIBLE: f64 = 0.02;
 
-/// One setting of a scene.
+/// One setting of a scene, with its cost and its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
-    /// Vertices, integrator, and its step where that is not the automatic one.
+    /// Vertices, integrator, and its step; `None` is the automatic step.
     pub setting: Knobs,
     /// The step that it took, in t0.
     pub step: f64,
     /// Milliseconds per t0, on one thread.
     pub ms_per_t0: f64,
-    /// The largest error of a headline observable, with what is not resolved added, and the name of that observable;
-    /// `None` where a value is missing.
+    /// The largest error of a headline observable, including what could not be resolved, and the name of that
+    /// observable; `None` if a value is missing.
     pub error: Option<(f64, &'static str)>,
-    /// Why a value is missing, if one is.
+    /// Why a value is missing, if the error is `None`.
     pub excuse: String,
     /// Whether no faster setting is as accurate, within 2%.
     pub on_front: bool,
 }
 
-/// All settings of a scene, the fastest first, and which of them are on the Pareto front of error against time.
+/// All settings of a scene, the fastest first. Some of them form the Pareto front of error against time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParetoFront {
     /// The scene.
@@ -36,12 +36,12 @@ pub struct ParetoFront {
     pub conditions: String,
     /// The settings.
     pub spots: Vec<Spot>,
-    /// The setting that campaigns have by default in such a scene.
+    /// The setting that campaigns take by default in such a scene.
     default: Knobs,
 }
 
 impl ParetoFront {
-    /// Holds all settings of a scene against the finest ring of its ladder in N_v; `None` if the scene has no headline
+    /// Compares all settings of a scene with the finest ring of its ladder in N_v; `None` if the scene has no headline
     /// observables or nothing ran.
     pub(super) fn of(finest: &Ladder, all: &[PointRecords]) -> Option<Self> {
         let headlines: Vec<&Column> = finest.columns.iter().filter(|column| column.observable.headline).collect();
@@ -62,7 +62,7 @@ impl ParetoFront {
         let mut spots: Vec<Spot> = all.iter().filter_map(spot).collect();
         spots.sort_by(|a, b| a.ms_per_t0.total_cmp(&b.ms_per_t0));
         mark(&mut spots);
-        // These scenes are sampled more often than campaigns are, which would bound the step.
+        // These scenes are sampled more often than those of campaigns, which would limit the step.
         let default = default_at(&Point { sample_every: f64::INFINITY, ..(*reference.point).clone() });
         let conditions = conditions(&reference.point);
         (!spots.is_empty()).then_some(Self { scene: finest.scene, conditions, spots, default })
@@ -82,8 +82,8 @@ impl ParetoFront {
 
 /// The largest error of a headline observable, and its name.
 ///
-/// Against an exact value the error is the distance from it. Against the finest ring it is the distance from that ring,
-/// plus what the ring itself is off by, plus two standard errors of the distance where there are several seeds.
+/// If the exact value is known, the error is the difference from it. Otherwise it is the difference from the finest
+/// ring, plus the error of that ring, plus two standard errors of the difference if there are several seeds.
 fn largest_error(one: &PointRecords, reference: &PointRecords, headlines: &[&Column]) -> Option<(f64, &'static str)> {
     let error = |column: &&Column| {
         let observable = column.observable;
@@ -99,8 +99,7 @@ fn largest_error(one: &PointRecords, reference: &PointRecords, headlines: &[&Col
     headlines.iter().map(error).collect::<Option<Vec<_>>>()?.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Marks the settings on the front, of settings that get slower and slower: each must be visibly better than all before
-/// it.
+/// Marks the settings on the front: each must be better than all faster ones by [`VISIBLE`].
 fn mark(spots: &mut [Spot]) {
     let mut best = f64::INFINITY;
     for spot in spots {
@@ -110,7 +109,6 @@ fn mark(spots: &mut [Spot]) {
     }
 }
 
-/// The parameters that matter, in words.
 fn conditions(point: &Point) -> String {
     let gamma = match &point.model {
         Model::Deformable(ring) => format!("gamma = {}", ring.gamma),

@@ -1,13 +1,14 @@
-//! What accuracy costs: from the runs of an accuracy campaign to errors, observed orders, and the front of error
-//! against time.
+//! What accuracy costs: errors, observed orders of convergence, and the front of error against computing time, from the
+//! runs of an accuracy campaign.
 //!
-//! A block named `SCENE.KNOB` is a [`Ladder`]: its points vary one knob, and errors are taken against its finest rung,
-//! or against the exact value where one is known. A block `SCENE.settings` varies several keys at once and counts for
-//! the [`front`] alone, where every setting of N_v, dt and integrator is held against the finest ring of the scene.
+//! A block named `SCENE.KNOB` is a [`Ladder`]: its points, the *rungs*, vary one parameter, the *knob*. Errors are
+//! differences from the finest rung, or from the exact value if that is known. A block `SCENE.settings` varies several
+//! parameters at once and counts only for the [`front`], where every setting of N_v, dt and integrator is compared with
+//! the finest ring of the scene.
 //!
-//! Droplets of one seed meet the same array at every setting. The spread of an error is therefore that of paired
-//! differences (by the jackknife over seeds), which is far smaller than the spread of the value itself. Where a droplet
-//! may get stuck in another place, agreement in all n runs proves little: up to 3 in n other runs may still differ.
+//! Droplets of one seed meet the same array at every setting. So the standard error of an error is that of paired
+//! differences (by the jackknife over seeds), which is much smaller than the standard error of the value itself. If a
+//! droplet may get stuck in another place, agreement in all n runs proves little: up to 3 in n other runs may differ.
 //!
 //! Read [`scene`] first, then [`observable`], [`records`], [`ladder`] and [`front`].
 
@@ -23,13 +24,11 @@ mod table;
 use crate::campaign::file::{Block, Campaign};
 use crate::parameters::PointId;
 use crate::results::fits::RunRecord;
-use crate::study::accuracy::front::ParetoFront;
 use crate::study::accuracy::ladder::{Knob, Ladder};
-use crate::study::accuracy::records::PointRecords;
-use crate::study::accuracy::scene::TestScene;
+use crate::study::accuracy::{front::ParetoFront, records::PointRecords, scene::TestScene};
 use std::collections::HashMap;
 
-/// Everything that a campaign says of accuracy.
+/// The accuracy that a campaign measured.
 #[derive(Clone, Debug)]
 pub struct Accuracy {
     /// The ladders, in the order of their blocks.
@@ -44,32 +43,30 @@ pub struct Accuracy {
 pub struct BadBlock {
     /// Its name.
     pub block: String,
-    /// What is wrong with it, and what is expected.
+    /// What is wrong with the name, and what is expected.
     pub problem: String,
 }
 
-/// The scene and the knob that the name of a block speaks of; no knob for `settings`.
+/// The scene and the knob in the name of a block; no knob for `settings`.
 ///
 /// # Errors
 /// [`BadBlock`].
 pub(crate) fn parts(block: &str) -> Result<(TestScene, Option<Knob>), BadBlock> {
     let bad = |problem: String| BadBlock { block: block.to_owned(), problem };
     let (scene, knob) = block.split_once('.').unwrap_or((block, ""));
-    let scene = TestScene::from_name(scene).ok_or_else(|| {
-        let known: Vec<_> = TestScene::ALL.iter().map(|scene| scene.name()).collect();
-        bad(format!("name it SCENE.KNOB, with one of {} as SCENE", known.join(", ")))
-    })?;
+    let unknown = || bad(format!("name it SCENE.KNOB, with one of {} as SCENE", TestScene::NAMES.join(", ")));
+    let scene = TestScene::from_name(scene).ok_or_else(unknown)?;
     match (knob, Knob::from_name(knob)) {
         ("settings", _) => Ok((scene, None)),
         (_, Some(knob)) => Ok((scene, Some(knob))),
         _ => {
-            let known: Vec<_> = Knob::ALL.iter().map(|knob| knob.name()).collect();
-            Err(bad(format!("name it {}.KNOB, with one of {}, settings as KNOB", scene.name(), known.join(", "))))
+            let known = Knob::NAMES.join(", ");
+            Err(bad(format!("name it {}.KNOB, with one of {known}, settings as KNOB", scene.name())))
         }
     }
 }
 
-/// Judges the runs of a campaign; `runs` holds those of each point, by seed.
+/// Evaluates the runs of a campaign; `runs` holds those of each point, by seed.
 ///
 /// # Errors
 /// [`BadBlock`].
@@ -100,7 +97,6 @@ pub fn judge(campaign: &Campaign, runs: &HashMap<PointId, Vec<RunRecord>>) -> Re
     Ok(Accuracy { ladders, fronts })
 }
 
-/// What the runs of each point of a block left.
 fn records_of(block: &Block, runs: &HashMap<PointId, Vec<RunRecord>>) -> Vec<PointRecords> {
     let points = block.points.iter().zip(&block.point_ids);
     let records = points.map(|(point, &point_id)| PointRecords {

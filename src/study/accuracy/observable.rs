@@ -12,20 +12,19 @@ pub struct Observable {
     pub name: &'static str,
     /// What it is.
     pub about: &'static str,
-    /// Whether its errors are relative; if not, they are in its own unit.
+    /// Whether its errors are relative or in its own unit.
     pub relative: bool,
-    /// Whether `tolerance` speaks of it.
+    /// Whether `tolerance` bounds its error.
     pub headline: bool,
-    /// Whether a small cause can have a large effect in few of many runs, as when a droplet gets stuck in another
-    /// place.
+    /// Whether a small change can have a large effect in a few runs, as when a droplet gets stuck in another place.
     pub can_jump: bool,
-    /// Its exact value, where that is known.
+    /// Its exact value, if that is known.
     pub exact: Option<fn(&Point) -> f64>,
-    /// The number; `None` if the runs do not have it.
+    /// Its value; `None` if the runs do not have it.
     pub estimate: fn(&Point, &[&RunRecord]) -> Option<f64>,
 }
 
-/// Most observables are like this one; each says only in what it differs.
+/// What most observables have in common.
 const USUAL: Observable = Observable {
     name: "",
     about: "",
@@ -140,7 +139,6 @@ pub(super) const PLATE: &[Observable] = &[Observable {
     ..USUAL
 }];
 
-/// The first run, if it ended like this.
 fn first_with<'a>(runs: &[&'a RunRecord], outcome: Outcome) -> Option<&'a RunRecord> {
     runs.first().copied().filter(|run| run.outcome == Some(outcome))
 }

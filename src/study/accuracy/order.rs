@@ -1,29 +1,29 @@
 //! Observed orders of convergence, and how far the finest value still is from the limit.
 //!
-//! On a ladder of constant ratio `q = h_k/h_{k+1}` a value `y(h) = y_0 + C h^p` has differences of neighbours `y_k -
-//! y_{k+1} = C h_k^p (1 - q^-p)`: in logarithms a straight line of slope p, whatever y_0. A fit of the errors against
-//! the finest value would be steeper than p, because that value has an error too. Where an exact value is known, the
-//! errors against it are fitted.
+//! If `y(h) = y_0 + C h^p` is known at constant ratios `q = h_k/h_{k+1}`, neighbours differ by
+//! `y_k - y_{k+1} = C h_k^p (1 - q^-p)`. In logarithms this is a straight line of slope p for any y_0. A fit to the
+//! differences from the finest value would be steeper than p, because that value has an error too. If the exact value is
+//! known, the errors themselves are fitted.
 //!
 //! ```
 //! use meniscus::study::accuracy::order::Order;
 //! let h = [0.4, 0.2, 0.1, 0.05];
 //! let order = Order::of_ladder(&h, &h.map(|h| 1.0 + 3.0 * h * h)).unwrap();
 //! assert!((order.p - 2.0).abs() < 1e-9);
-//! // From 1.0075 the limit is 0.0075 away: a third of the last difference.
+//! // The finest value is 1.0075, so it is off by 0.0075: a third of the last difference.
 //! assert!((order.left_over(0.0225, 2.0) - 0.0075).abs() < 1e-12);
 //! ```
 
-/// How unequal the ratios of a ladder may be.
+/// The ratios of a ladder may differ by this share.
 const UNEVEN: f64 = 0.05;
 
 /// Differences and errors below this share of the value are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Where the exponent of [`Order::left_over`] is kept: no part of the scheme is of a higher order than 2.
+/// [`Order::left_over`] clamps the exponent to this range; no part of the scheme has an order above 2.
 const TRUSTED: (f64, f64) = (0.5, 2.0);
 
-/// Orders below and above these are accidents, or none.
+/// Orders outside this range are not trusted.
 const LIKELY: (f64, f64) = (0.3, 4.0);
 
 /// An observed order.
@@ -31,15 +31,15 @@ const LIKELY: (f64, f64) = (0.3, 4.0);
 pub struct Order {
     /// The exponent p of the fit.
     pub p: f64,
-    /// The smallest from one pair of points to the next.
+    /// The smallest exponent of two neighbouring points.
     pub low: f64,
-    /// The largest.
+    /// The largest exponent of two neighbouring points.
     pub high: f64,
 }
 
 impl Order {
-    /// From values on a ladder of constant ratio, coarse to fine; `None` of fewer than three, of uneven ratios, or
-    /// where nothing but rounding is left.
+    /// From values on a ladder of constant ratio, coarse to fine. `None` for fewer than three values, for uneven ratios,
+    /// or if all differences are rounding.
     pub fn of_ladder(h: &[f64], y: &[f64]) -> Option<Self> {
         let ratio = h.first()? / h.get(1)?;
         let even = h.windows(2).all(|pair| (pair[0] / pair[1] / ratio - 1.0).abs() < UNEVEN);
@@ -47,7 +47,7 @@ impl Order {
         if even { Self::fit(differences, y.last()?.abs()) } else { None }
     }
 
-    /// From errors against an exact value that is about `scale`.
+    /// From errors against an exact value of the size `scale`.
     pub(super) fn of_errors(h: &[f64], errors: &[f64], scale: f64) -> Option<Self> {
         Self::fit(h.iter().copied().zip(errors.iter().copied()), scale)
     }
@@ -70,12 +70,12 @@ impl Order {
         (variance > 0.0).then(|| Self { p: covariance / variance, low, high })
     }
 
-    /// Whether errors fall at all, and from pair to pair alike: by orders within 1 of each other.
+    /// Whether errors fall at a likely order, and the orders of all pairs of points lie within 1 of each other.
     pub fn is_clear(&self) -> bool {
         LIKELY.0 < self.p && self.p < LIKELY.1 && self.high - self.low < 1.0
     }
 
-    /// How far the finest value is from the limit, `|d|/(q^p - 1)`, from the last difference d and the ratio q.
+    /// Error of the finest value, `|d|/(q^p - 1)`, from the last difference d and the ratio q.
     pub fn left_over(&self, last_difference: f64, ratio: f64) -> f64 {
         last_difference.abs() / (libm::pow(ratio, self.p.clamp(TRUSTED.0, TRUSTED.1)) - 1.0)
     }

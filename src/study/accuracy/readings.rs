@@ -1,15 +1,16 @@
-//! Numbers between the samples of a time series: where a curve peaks, when it crosses a value.
+//! Readings between the samples of a time series: where a curve peaks, when it crosses a value.
 
 use crate::results::trajectory::Samples;
 use crate::study::bisection::bisect;
 
-/// Half the way over which the slowest speed is taken, in sigma: wider than an edge, because vertices jerk past a tip.
+/// Half the way over which the slowest speed is taken, in sigma. It is longer than an edge, because vertices pass a tip
+/// in jerks.
 const HALF_WAY: f64 = 0.025;
 
 /// A passage is timed from `h = -STRETCH` to `h = STRETCH`, in sigma.
 pub(super) const STRETCH: f64 = 1.0;
 
-/// The largest shape parameter A, on a parabola through the highest sample and its neighbours.
+/// The largest shape parameter A, on the parabola through the highest sample and its neighbours.
 pub(super) fn largest_shape(samples: &Samples) -> Option<f64> {
     let (t, y) = (&samples.t, &samples.shape);
     let top = (0..y.len()).max_by(|&a, &b| y[a].total_cmp(&y[b]))?;
@@ -23,7 +24,7 @@ pub(super) fn largest_shape(samples: &Samples) -> Option<f64> {
     Some(if curvature < 0.0 { y[top] - slope * slope / (4.0 * curvature) } else { y[top] })
 }
 
-/// When the centroid first crosses `h`, on the cubic that has the places and the speeds of the samples on either side.
+/// When the centroid first crosses `h`, on the cubic with the positions and speeds of the samples before and after.
 pub(super) fn crossing(samples: &Samples, v_t: f64, h: f64) -> Option<f64> {
     let (t, place, speed) = (&samples.t, &samples.h, &samples.v_g);
     let k = (1..place.len()).find(|&k| place[k - 1] < h && place[k] >= h)?;
@@ -45,7 +46,7 @@ pub(super) fn slowest(samples: &Samples, v_t: f64) -> Option<f64> {
     Some(2.0 * HALF_WAY / (v_t * longest))
 }
 
-/// When E_k/E_t falls below the threshold for good; its logarithm is linear between samples.
+/// When E_k/E_t falls below the threshold for good; its logarithm is taken as linear between samples.
 pub(super) fn time_to_rest(samples: &Samples, threshold: f64) -> Option<f64> {
     let (t, ratio) = (&samples.t, &samples.ek_ratio);
     let last = ratio.iter().rposition(|&ratio| ratio >= threshold)?;

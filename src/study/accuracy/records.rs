@@ -1,7 +1,6 @@
-//! What the runs of a grid point left, the observables read off it, and by how much they differ from those of another.
+//! The runs of a grid point, their observables, and the differences from those of another grid point.
 
-use crate::campaign::choose::stepping::candidates;
-use crate::campaign::choose::tolerance::Knobs;
+use crate::campaign::choose::{stepping::candidates, tolerance::Knobs};
 use crate::parameters::{Model, Point, PointId};
 use crate::physics::simulate::stability::StabilityLimit;
 use crate::results::fits::RunRecord;
@@ -9,7 +8,7 @@ use crate::results::trajectory::Outcome;
 use crate::study::accuracy::observable::Observable;
 use std::sync::Arc;
 
-/// A grid point and what its runs left.
+/// A grid point and its runs.
 #[derive(Clone, Debug)]
 pub struct PointRecords {
     /// The point.
@@ -20,13 +19,13 @@ pub struct PointRecords {
     pub runs: Vec<RunRecord>,
 }
 
-/// A difference of two estimates, and its standard error where there are several seeds.
+/// A difference of two estimates, and its standard error if there are several seeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference {
     /// Its size, relative or in the unit of the observable.
     pub size: f64,
-    /// Its standard error by the jackknife over seeds; 0 for a single run. Of an observable that can jump it is at
-    /// least `1.5/n` for n runs.
+    /// Its standard error by the jackknife over seeds; 0 for a single run. For an observable that can jump and n runs it
+    /// is at least `1.5/n`.
     pub spread: f64,
 }
 
@@ -36,7 +35,7 @@ impl PointRecords {
         self.estimate(observable, None)
     }
 
-    /// The observable from all runs but the one at the place `left_out`.
+    /// The observable from all runs except run number `left_out`.
     fn estimate(&self, observable: &Observable, left_out: Option<usize>) -> Option<f64> {
         if self.runs.is_empty() || self.runs.iter().any(|run| run.outcome.is_none()) {
             return None;
@@ -45,8 +44,7 @@ impl PointRecords {
         (observable.estimate)(&self.point, &kept.collect::<Vec<_>>()).filter(|value| value.is_finite())
     }
 
-    /// By how much the observable differs from that of `other`, whose runs have the same seeds; `None` if either has
-    /// none.
+    /// The difference of the observable from that of `other`, whose runs have the same seeds; `None` if either is missing.
     pub(crate) fn difference(&self, other: &Self, observable: &Observable) -> Option<Difference> {
         let difference = |left_out| {
             let (mine, theirs) = (self.estimate(observable, left_out)?, other.estimate(observable, left_out)?);
@@ -55,7 +53,7 @@ impl PointRecords {
         let size = difference(None)?.abs();
         let paired = self.runs.len() == other.runs.len();
         let spread = if paired { self.jackknife(difference) } else { 0.0 };
-        // What none of n runs shows may still happen to 3 in n (95%); two standard errors of 1.5/n cover it.
+        // What happens in none of n runs may still happen in 3 of n others (95%). Two standard errors of 1.5/n cover it.
         let unseen =
             if observable.can_jump && self.point_id != other.point_id { 1.5 / self.runs.len() as f64 } else { 0.0 };
         Some(Difference { size, spread: spread.max(unseen) })
@@ -87,7 +85,7 @@ impl PointRecords {
         (time > 0.0).then(|| 1e3 * sum(|run| run.wall_s) / time)
     }
 
-    /// Why there is no value, in a word or two.
+    /// Why there is no value, in a few words.
     pub(crate) fn excuse(&self) -> String {
         let failed = self.runs.iter().filter(|run| run.outcome.is_none()).count();
         match self.runs.first() {
@@ -101,7 +99,7 @@ impl PointRecords {
         }
     }
 
-    /// N_v, the integrator, and its step where that is not the automatic one; `None` for a soft particle.
+    /// The setting; `None` for a soft particle.
     pub(crate) fn setting(&self) -> Option<Knobs> {
         let Model::Deformable(ring) = &self.point.model else { return None };
         let stepping = &self.point.stepping;
@@ -110,7 +108,7 @@ impl PointRecords {
     }
 }
 
-/// What a difference from `value` is divided by.
+/// The unit of a difference from `value`.
 pub(super) fn scale(observable: &Observable, value: f64) -> f64 {
     if observable.relative { value.abs() } else { 1.0 }
 }

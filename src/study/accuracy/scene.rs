@@ -1,6 +1,7 @@
 //! The scenes that accuracy is measured in.
 
 use crate::campaign::choose::tolerance::Kind;
+use crate::parameters::names;
 use crate::study::accuracy::observable::{ARREST, CLOG, FLOW, FREE, Observable, PASSAGE, PLATE};
 
 /// A scene of the accuracy campaign, by the first part of its block's name.
@@ -22,30 +23,16 @@ pub enum TestScene {
     Plate,
 }
 
+names!(pub(crate) TestScene {
+    Free = "free", Channel = "channel", Passage = "passage", Arrest = "arrest",
+    Flow = "flow", Clog = "clog", Plate = "plate",
+});
+
 impl TestScene {
-    /// All of them.
     pub(crate) const ALL: [Self; 7] =
         [Self::Free, Self::Channel, Self::Passage, Self::Arrest, Self::Flow, Self::Clog, Self::Plate];
 
-    /// The first part of the names of its blocks.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Free => "free",
-            Self::Channel => "channel",
-            Self::Passage => "passage",
-            Self::Arrest => "arrest",
-            Self::Flow => "flow",
-            Self::Clog => "clog",
-            Self::Plate => "plate",
-        }
-    }
-
-    /// The scene of that name.
-    pub(crate) fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|scene| scene.name() == name)
-    }
-
-    /// What is read off its runs.
+    /// The numbers that are read off its runs.
     pub(crate) const fn observables(self) -> &'static [Observable] {
         match self {
             Self::Free => FREE,
@@ -57,7 +44,6 @@ impl TestScene {
         }
     }
 
-    /// What happens in it.
     pub(crate) const fn about(self) -> &'static str {
         match self {
             Self::Free => "A droplet that touches nothing",
@@ -70,7 +56,7 @@ impl TestScene {
         }
     }
 
-    /// The kind of scene that it stands for in the table of `tolerance`; `None` if it stands for none.
+    /// The kind of scene in the table of `tolerance` that it is measured for, if any.
     pub(crate) const fn kind(self) -> Option<Kind> {
         match self {
             Self::Free => Some(Kind::Free),
@@ -81,7 +67,6 @@ impl TestScene {
         }
     }
 
-    /// Whether its observables need time series.
     pub(crate) const fn needs_samples(self) -> bool {
         matches!(self, Self::Free | Self::Channel | Self::Passage | Self::Arrest)
     }

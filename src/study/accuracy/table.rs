@@ -1,12 +1,12 @@
-//! The table that `tolerance` reads, from the fronts of all scenes.
+//! Makes the table that `tolerance` reads from the fronts of all scenes.
 
 use crate::campaign::choose::tolerance::{Kind, Measured, Setting, Table};
 use crate::study::accuracy::Accuracy;
 use crate::study::accuracy::front::{ParetoFront, Spot};
 
 impl Accuracy {
-    /// The table that `tolerance` reads. For each kind it holds the settings that were measured in all scenes of that
-    /// kind, each with the worst of its errors; `measured` says where and when.
+    /// The table that `tolerance` reads. For each kind of scene it holds the settings that were measured in all scenes
+    /// of that kind, each with its largest error. `measured` says where and when.
     pub fn table(&self, measured: String) -> Table {
         let kinds = Kind::ALL.into_iter().filter_map(|kind| {
             let fronts: Vec<&ParetoFront> =
@@ -19,7 +19,7 @@ impl Accuracy {
     }
 }
 
-/// The settings that the fronts of one kind have in common; a setting without an error in one of them is left out.
+/// The settings that all fronts of one kind have, with an error in each.
 fn settings(fronts: &[&ParetoFront]) -> Vec<Setting> {
     let Some((first, others)) = fronts.split_first() else { return Vec::new() };
     let mut settings = Vec::new();
@@ -44,7 +44,6 @@ fn settings(fronts: &[&ParetoFront]) -> Vec<Setting> {
     settings
 }
 
-/// Three significant digits.
 fn round(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -1,13 +1,12 @@
 //! How far a simulated profile lies from the frames of an experiment ([C24] eqs 13, 14).
 //!
 //! `Delta_v = sqrt(1/n sum_i ((v_sim(h_i) - v_i)/e_i)^2)` over the n frames, and Delta_A is the same for the shape
-//! parameter. v is in V_t; e_i are the standard errors of the frames, or 1 where the file gives none. The deviations
-//! are then absolute, in V_t and in units of A.
+//! parameter. v is in V_t. The e_i are the standard errors of the frames; if the file has none, they are 1, and the
+//! deviations are absolute.
 //!
-//! **A droplet that stays stuck** never comes to the frames beyond the place where it rests. At these frames its speed
-//! counts as 0 and its shape is the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the
-//! distance from that place to the last frame. Stiffer droplets rest sooner, so this cost falls towards the droplets
-//! that pass.
+//! **A droplet that stays stuck** never reaches the frames beyond its place of rest. At these frames its speed counts as
+//! 0 and its shape as the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the distance from
+//! the place of rest to the last frame. Stiffer droplets rest earlier, so this cost falls towards droplets that pass.
 
 use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Parameters, Profile};
@@ -16,11 +15,11 @@ use nalgebra::{Matrix2, Vector2};
 /// Deviations of a profile from a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
-    /// Delta_v, in V_t, or in standard errors where the frames have these.
+    /// Delta_v, in V_t, or in standard errors if the frames have these.
     pub v_g: f64,
-    /// Delta_A, absolute, or in standard errors where the frames have these.
+    /// Delta_A, absolute, or in standard errors if the frames have these.
     pub shape: f64,
-    /// How far before the last frame the droplet came to rest, in sigma; zero if it came there.
+    /// How far before the last frame the droplet came to rest, in sigma; zero if it reached that frame.
     pub missed: f64,
 }
 
@@ -47,13 +46,13 @@ impl Deviation {
         Self { v_g, shape, missed: (trial.range()[1] - profile.reach()).max(0.0) }
     }
 
-    /// What the search minimises: Delta_v, and more for a droplet that stays stuck.
+    /// What the search minimises, `Delta_v (1 + missed)`.
     pub(super) fn cost(&self) -> f64 {
         self.v_g * (1.0 + self.missed)
     }
 }
 
-/// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum, whatever the noise of each frame.
+/// Standard errors of Gamma and b0 from the curvature of Delta_v^2 at its minimum, for any noise of the frames.
 ///
 /// Let `r_i = (v_sim(h_i) - v_i)/e_i` be the deviations and `g_i = (dv/dGamma, dv/db0)/e_i` the derivatives of the
 /// simulated speeds, from the difference of two profiles `[lower, upper]` in each parameter. The covariance is
@@ -62,8 +61,8 @@ impl Deviation {
 /// n/(n - 2) H^-1 (sum_i r_i^2 g_i g_i^T) H^-1,   H = sum_i g_i g_i^T   (White, Econometrica 48, 817 (1980)).
 /// ```
 ///
-/// The usual `s^2 H^-1` would be too small for noise that grows with the speed. `None` if a profile does not reach the
-/// frames, or if the frames do not tell the parameters apart.
+/// The usual `s^2 H^-1` would be too small for noise that grows with the speed. `None` if a profile does not reach all
+/// frames, or if the frames cannot distinguish the two parameters.
 pub(super) fn curvature_errors(
     trial: &Trial,
     best: &Profile,

@@ -1,11 +1,7 @@
-//! Gamma and b0 of a droplet that was filmed. Its frames, speed and shape against position in one constriction, are
-//! compared with simulated passages; the parameters of least deviation are the answer ([C24] 3.1, eqs 13, 14).
+//! Gamma and b0 of a droplet that was filmed in a constriction ([C24] 3.1, eqs 13, 14).
 //!
-//! ```text
-//! frames (CSV) -> search (grid, then Nelder-Mead): profile (simulation) -> deviation -> fit of each trial -> spread
-//! ```
-//!
-//! The modules are named in this order; read [`frames`] first.
+//! [`frames`] hold the speed and the shape of the droplet against its position. A [`profile`] is the same for a
+//! simulated passage, and the [`deviation`] compares the two. The `search` finds the parameters of least deviation.
 
 pub mod deviation;
 pub mod frames;
@@ -21,16 +17,15 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 
-/// Relative step in Gamma and in b0 over which profiles are compared for the errors of a fit, and the least step in b0.
+/// For the errors of a fit: relative steps in Gamma and in b0 to neighbouring profiles, and the smallest step in b0.
 const STEPS: [f64; 3] = [0.02, 0.1, 2e-3];
 
-/// Probability that an interval leaves out on one side.
+/// Probability outside a 95% interval on each side.
 const TAIL: f64 = 0.025;
 
-/// The fit of one trial.
 #[derive(Clone, Debug)]
 pub(crate) struct TrialFit {
-    /// Gamma* and b0*.
+    /// The fitted Gamma* and b0*.
     pub parameters: Parameters,
     /// Delta_v and Delta_A there.
     pub deviation: Deviation,
@@ -38,21 +33,19 @@ pub(crate) struct TrialFit {
     pub profile: Arc<Profile>,
 }
 
-/// Gamma* or b0*, from the fits of all trials.
+/// Gamma* or b0* from the fits of all trials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FittedParameter {
     /// Mean over the trials.
     pub value: f64,
-    /// Standard deviation over the trials, or the standard error of a single trial where there is one.
+    /// Standard deviation over the trials; for a single trial the standard error of its fit, if that is known.
     pub spread: Option<f64>,
-    /// 95% interval, where there is a spread.
+    /// 95% interval, if there is a spread.
     pub interval: Option<[f64; 2]>,
 }
 
-/// What a calibration found.
 #[derive(Clone, Debug)]
 pub(crate) struct Calibration {
-    /// The fits, in the order of the trials.
     pub fits: Vec<TrialFit>,
     /// Gamma*.
     pub gamma: FittedParameter,
@@ -60,13 +53,12 @@ pub(crate) struct Calibration {
     pub b0: FittedParameter,
     /// Where the simulated droplets started and ended, in sigma.
     pub window: [f64; 2],
-    /// Simulations made, and how many of them failed.
+    /// Number of simulations, and how many of them failed.
     pub simulations: [usize; 2],
-    /// Names of the parameters that lie at an end of their range in any fit.
+    /// Names of the parameters that lie at an end of their range in some fit.
     pub at_the_end: Vec<&'static str>,
 }
 
-/// Why there is no fit.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CalibrateError {
     /// No droplet of the grid could be simulated.
@@ -82,8 +74,8 @@ pub(crate) enum CalibrateError {
 
 /// Fits Gamma and b0 to every trial by least Delta_v, on the threads of the current rayon pool.
 ///
-/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. Whenever a simulation
-/// ends, `watch` is called with their number so far. The answer does not depend on the number of threads.
+/// `template` is the channel and the droplet; its gamma, b0, dt, ends and limits are replaced. `watch` is called with the
+/// number of simulations so far, whenever one ends. The answer does not depend on the number of threads.
 ///
 /// # Errors
 /// [`CalibrateError`].
@@ -128,8 +120,8 @@ fn fit(
     Ok(TrialFit { parameters, deviation: Deviation::between(&profile, trial), profile })
 }
 
-/// Standard errors of the fit of a single trial, from four more profiles around it. Where a droplet on one side stays
-/// stuck, the fit itself stands in for it.
+/// Standard errors of the fit of a single trial, from four more profiles around it. Instead of a droplet that stays
+/// stuck, the fit itself is used.
 fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> Option<[f64; 2]> {
     let Parameters { gamma, b0 } = fit.parameters;
     let (dg, db) = (STEPS[0] * gamma, (STEPS[1] * b0).max(STEPS[2]));
@@ -149,18 +141,16 @@ fn single_errors(trial: &Trial, fit: &TrialFit, laboratory: &Laboratory<'_>) -> 
     curvature_errors(trial, &fit.profile, [[g0, g1], [b0, b1]])
 }
 
-/// From one trial of `n` frames; the interval is that of Student's t with n - 2 degrees of freedom.
+/// From one trial of `n` frames, with Student's t of n - 2 degrees of freedom.
 fn of_one(value: f64, error: f64, n: usize) -> FittedParameter {
-    let reach = student((n - 2) as f64).map(|t| t * error);
     FittedParameter {
         value,
         spread: Some(error),
-        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
+        interval: interval(value, student((n - 2) as f64).map(|t| t * error)),
     }
 }
 
-/// From n trials: their mean, standard deviation (n - 1), and the interval of the mean by Student's t with n - 1
-/// degrees of freedom.
+/// From n trials: mean and standard deviation, and the interval of the mean with Student's t of n - 1 degrees of freedom.
 fn of_many(values: &[f64]) -> FittedParameter {
     let n = values.len() as f64;
     let value = values.iter().sum::<f64>() / n;
@@ -169,11 +159,12 @@ fn of_many(values: &[f64]) -> FittedParameter {
     }
     let spread = (values.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (n - 1.0)).sqrt();
     let reach = student(n - 1.0).map(|t| t * spread / n.sqrt());
-    FittedParameter {
-        value,
-        spread: Some(spread),
-        interval: reach.map(|reach| [(value - reach).max(0.0), value + reach]),
-    }
+    FittedParameter { value, spread: Some(spread), interval: interval(value, reach) }
+}
+
+/// The interval of a parameter that is not negative.
+fn interval(value: f64, reach: Option<f64>) -> Option<[f64; 2]> {
+    reach.map(|reach| [(value - reach).max(0.0), value + reach])
 }
 
 /// The quantile of Student's t that bounds a 95% interval.
@@ -181,8 +172,8 @@ fn student(freedom: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom).ok().map(|t| t.inverse_cdf(1.0 - TAIL))
 }
 
-/// Which parameters of any fit lie within 1% of an end of their range. The end b0 = 0 does not count: nothing lies
-/// beyond.
+/// Which parameters lie within 1% of an end of their range in some fit. The end b0 = 0 does not count, because b0 cannot
+/// be negative.
 fn at_the_end(fits: &[TrialFit], ranges: &Ranges) -> Vec<&'static str> {
     let near = |value: f64, end: f64| (value - end).abs() <= 0.01 * end;
     let gamma = |fit: &TrialFit| {

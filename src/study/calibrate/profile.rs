@@ -1,10 +1,9 @@
-//! Profiles: speed and shape of a simulated droplet against the position of its centroid.
+//! Profiles of simulated droplets, and the laboratory that computes them.
 
 use crate::campaign::choose::stepping;
 use crate::parameters::{IntegratorChoice, Job, Limits, Model, Point, Scene};
 use crate::physics::simd::best_instruction_set;
-use crate::physics::simulate::stability::StabilityLimit;
-use crate::physics::simulate::{Context, simulate};
+use crate::physics::simulate::{Context, simulate, stability::StabilityLimit};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, Samples};
 use crate::study::calibrate::frames::Trial;
@@ -12,22 +11,22 @@ use std::collections::HashMap;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Time between two samples of a profile, in t0: at twice V_t the droplet goes 0.02 sigma in it.
+/// Time between two samples of a profile, in t0. At twice V_t the droplet moves 0.02 sigma in this time.
 const SAMPLE_EVERY: f64 = 0.25;
 
-/// E_k/E_t at which a droplet counts as stuck: at 1e-5 V_t, it takes 3000 t0 for a thousandth of sigma.
+/// E_k/E_t below which a droplet counts as stuck. At this speed, 1e-5 V_t, a thousandth of sigma takes 3000 t0.
 const STUCK: f64 = 1e-10;
 
-/// A simulated passage may take this many times as long as the experiment; then it ends.
+/// A simulated passage ends after this many times the duration of the experiment.
 const PATIENCE: f64 = 2.0;
 
-/// Slower frames count as this fast in the time that an experiment took, in V_t.
+/// For the duration of an experiment, slower frames are taken to have this speed, in V_t.
 const SLOWEST: f64 = 1e-3;
 
-/// Room before the first contact and before the first frame, and after the last, in sigma.
+/// Room before the first contact, before the first frame, and after the last frame, in sigma.
 const ROOM: [f64; 3] = [0.5, 0.25, 0.05];
 
-/// What is fitted.
+/// The parameters that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// Line tension Gamma, in `g rho sigma^2`.
@@ -36,7 +35,7 @@ pub struct Parameters {
     pub b0: f64,
 }
 
-/// A simulated profile.
+/// Speed and shape of a simulated droplet against the position of its centroid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Profile {
     /// Position of the centroid, in sigma, in increasing order.
@@ -48,7 +47,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The samples that go further than all before them, because a droplet that trembles has many speeds at one place.
+    /// The samples that lie further than all earlier ones: a droplet that trembles has many speeds at one place.
     pub(crate) fn of(samples: &Samples) -> Self {
         let mut profile = Self::default();
         for ((&h, &v_g), &shape) in samples.h.iter().zip(&samples.v_g).zip(&samples.shape) {
@@ -61,7 +60,7 @@ impl Profile {
         profile
     }
 
-    /// How far the droplet came.
+    /// The farthest position that the droplet reached.
     pub(super) fn reach(&self) -> f64 {
         self.h.last().copied().unwrap_or(f64::NEG_INFINITY)
     }
@@ -90,11 +89,11 @@ pub struct Laboratory<'w> {
 }
 
 impl<'w> Laboratory<'w> {
-    /// A channel as in `template`, with its ends and its time limit taken from the frames. Whenever a simulation ends,
-    /// `watch` is called with their number so far.
+    /// A channel as in `template`, with ends and time limit that follow from the frames. `watch` is called with the
+    /// number of simulations so far, whenever one ends.
     ///
     /// The droplet starts half a diameter before it can touch the wedges, or a quarter before the first frame if that
-    /// is earlier. It forgets how it started within V_t^2, so a longer way would change nothing.
+    /// is earlier. It forgets its start over a distance of V_t^2, so a longer way would change nothing.
     pub fn new(mut template: Point, trials: &[Trial], watch: &'w (dyn Fn(usize) + Sync)) -> Self {
         let ends = |[low, high]: [f64; 2], [first, last]: [f64; 2]| [low.min(first), high.max(last)];
         let [first, last] = trials.iter().map(Trial::range).fold([f64::INFINITY, f64::NEG_INFINITY], ends);
@@ -110,7 +109,7 @@ impl<'w> Laboratory<'w> {
         Self { template, known, arrays: ArrayLibrary::default(), stop: AtomicBool::new(false), watch }
     }
 
-    /// Where simulations start and end, in sigma.
+    /// Where droplets start and end, in sigma.
     pub(super) fn window(&self) -> [f64; 2] {
         match &self.template.scene {
             Scene::Channel(channel) => [channel.h_start, channel.h_end],
@@ -118,7 +117,6 @@ impl<'w> Laboratory<'w> {
         }
     }
 
-    /// The grid point of these parameters.
     fn point(&self, parameters: Parameters) -> Point {
         let mut point = Point { b0: parameters.b0, ..self.template.clone() };
         if let Model::Deformable(ring) = &mut point.model {
@@ -129,7 +127,7 @@ impl<'w> Laboratory<'w> {
         point
     }
 
-    /// The profile of a droplet of these parameters.
+    /// The profile of a droplet with these parameters.
     ///
     /// # Errors
     /// The [`Failure`] of the simulation.

@@ -1,11 +1,10 @@
 //! The search for Gamma and b0: a coarse grid shared by all trials, then Nelder-Mead from its best points.
 //!
-//! Delta_v trembles a little and jumps where droplets begin to stay stuck, so the search takes no derivatives. It moves
-//! in `(ln Gamma, sqrt b0)`, which keeps Gamma positive and turns the edge b0 = 0 into a mirror.
+//! Delta_v is slightly noisy, and it jumps where droplets begin to stay stuck, so the search uses no derivatives. Its
+//! coordinates are `(ln Gamma, sqrt b0)`, which keeps Gamma positive and mirrors the search at b0 = 0.
 
-use crate::study::calibrate::deviation::Deviation;
-use crate::study::calibrate::frames::Trial;
 use crate::study::calibrate::profile::{Laboratory, Parameters, Profile};
+use crate::study::calibrate::{deviation::Deviation, frames::Trial};
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use rayon::prelude::*;
@@ -15,34 +14,33 @@ use std::sync::Arc;
 /// Largest ratio of Gamma between two rows of the grid.
 const ROW_RATIO: f64 = 2.0;
 
-/// Values of b0 in a row.
+/// Number of values of b0 in a row.
 const COLUMNS: usize = 3;
 
-/// Grid points from which the search goes on, for each trial.
+/// Number of grid points from which the search goes on, for each trial.
 const STARTS: usize = 2;
 
 /// Size of the first simplex, in steps of the grid.
 const SIMPLEX: f64 = 0.5;
 
-/// The search ends when the costs at the corners of the simplex differ by so little of the first one.
+/// The search ends when the costs at the corners of the simplex differ by less than this share of the first cost.
 const TOLERANCE: f64 = 2e-3;
 
-/// Most steps of a search.
+/// Largest number of steps of a search.
 const MOST_STEPS: u64 = 40;
 
-/// Cost of parameters that are out of range or whose simulation failed.
+/// Cost of parameters out of range, and of those whose simulation failed.
 const NOWHERE: f64 = 1e9;
 
-/// Where Gamma and b0 are looked for. The droplets of [C24] have Gamma from 0.16 to 1.7 and b0 from 0.064 to 0.21.
+/// Ranges of the search. The droplets of [C24] have Gamma from 0.16 to 1.7 and b0 from 0.064 to 0.21.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ranges {
-    /// Range of Gamma; above 0.
+    /// Range of Gamma, above 0.
     pub gamma: RangeInclusive<f64>,
-    /// Range of b0; from 0 upwards.
+    /// Range of b0, from 0 upwards.
     pub b0: RangeInclusive<f64>,
 }
 
-/// The coordinates of the search.
 fn coordinates(parameters: Parameters) -> [f64; 2] {
     [libm::log(parameters.gamma), parameters.b0.sqrt()]
 }
@@ -64,10 +62,10 @@ pub(super) struct SearchGrid {
 }
 
 impl SearchGrid {
-    /// Simulates the grid, softest droplets first, a row at a time in parallel.
+    /// Simulates the grid row by row, the softest droplets first; the droplets of a row in parallel.
     ///
-    /// Drag does not change where a droplet can rest. When the droplet with the least drag of a row rests before the
-    /// last frames of all trials, stiffer droplets would too, so their rows are left out.
+    /// Drag does not change where a droplet can rest. If the droplet with the least drag in a row rests before the last
+    /// frames of all trials, stiffer droplets would too, so their rows are left out.
     pub(super) fn simulate(ranges: &Ranges, laboratory: &Laboratory<'_>, trials: &[Trial]) -> Self {
         let corner = |gamma: f64, b0: f64| coordinates(Parameters { gamma, b0 });
         let low = corner(*ranges.gamma.start(), *ranges.b0.start());
@@ -100,7 +98,6 @@ impl SearchGrid {
     }
 }
 
-/// What Nelder-Mead minimises.
 struct Objective<'a> {
     laboratory: &'a Laboratory<'a>,
     trial: &'a Trial,
@@ -143,10 +140,10 @@ pub(super) fn minimise(
     Ok(best.map(|(at, _)| parameters(at)))
 }
 
-/// Nelder-Mead from one point. The first simplex reaches towards softer droplets, because stiffer ones may not pass.
+/// Nelder-Mead from one point. The first simplex extends towards softer droplets, because stiffer ones may not pass.
 fn descend(objective: Objective<'_>, at: [f64; 2], cost: f64, step: [f64; 2]) -> Result<([f64; 2], f64), Error> {
     let [x, y] = at;
-    // At the edge of the range the simplex must reach inwards.
+    // At the edge of the range the simplex must extend inwards.
     let inwards = if y - SIMPLEX * step[1] >= 0.0 { -1.0 } else { 1.0 };
     let softer = if libm::exp(x - SIMPLEX * step[0]) >= *objective.ranges.gamma.start() { -1.0 } else { 1.0 };
     let simplex = vec![vec![x, y], vec![x + softer * SIMPLEX * step[0], y], vec![x, y + inwards * SIMPLEX * step[1]]];

@@ -8,10 +8,10 @@
 //! L(lambda) = -d ln(lambda) - S/lambda,      largest at lambda = S/d.
 //! ```
 //!
-//! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. In `x = lambda/(S/d)`
-//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend on d alone. Without a clog, the one-sided bound is
-//! the lambda at which going so far unclogged has probability 5%: `exp(-S/lambda) = 0.05`, `lambda = S/(-ln 0.05) =
-//! S/3.00`.
+//! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. With `x = lambda/(S/d)`
+//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend only on d. If nothing clogs, the one-sided bound is
+//! the lambda at which so long a distance without a clog has probability 5%: `exp(-S/lambda) = 0.05`, that is
+//! `lambda = S/(-ln 0.05) = S/3.00`.
 //!
 //! ```
 //! use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
@@ -30,42 +30,39 @@ use crate::study::bisection::bisect;
 /// Half the 95% quantile of chi-squared with one degree of freedom.
 const HALF_CHI_SQUARED: f64 = 3.841_458_820_694_124 / 2.0;
 
-/// Clogs for a relative half-width of 10%: `(1.96/0.1)^2`.
+/// Number of clogs at which the interval is +-10%: `(1.96/0.1)^2`.
 const CLOGS_FOR_TEN_PERCENT: f64 = 384.16;
 
-/// How far one droplet got.
+/// How far one droplet moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lifetime {
     /// Displacement at the end, in sigma, not negative.
     pub r: f64,
-    /// Whether it clogged there; if not, it would have gone on by an unknown distance.
+    /// Whether it clogged there. If not, it would have moved on by an unknown distance.
     pub clogged: bool,
 }
 
-/// Lifetimes in a fixed order: by displacement, at equal displacement the clogged first.
+/// Lifetimes sorted by displacement; of equal displacements those with a clog come first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lifetimes(Vec<Lifetime>);
 
 impl Lifetimes {
-    /// Lifetimes in any order; a negative displacement counts as 0.
+    /// Sorts lifetimes. A negative displacement counts as 0.
     pub fn new(mut lifetimes: Vec<Lifetime>) -> Self {
         for life in &mut lifetimes {
-            // f64::max would turn a NaN into 0; here it stays, so that the result shows it.
+            // f64::max would turn a NaN into 0; it must stay, so that the result shows it.
             life.r = if life.r > 0.0 || life.r.is_nan() { life.r } else { 0.0 };
         }
         lifetimes.sort_by(|a, b| a.r.total_cmp(&b.r).then(b.clogged.cmp(&a.clogged)));
         Self(lifetimes)
     }
 
-    /// The lifetimes of finished runs: every outcome but [`Outcome::Clogged`] is censored at its displacement.
-    ///
-    /// A droplet that settles a little behind its start (`r_end < 0`) has gone no distance: its r is 0.
+    /// The lifetimes of finished runs; every run that did not clog is censored at its displacement.
     pub(super) fn of_runs(runs: &[FinishedRun]) -> Self {
         let life = |run: &FinishedRun| Lifetime { r: run.r_end, clogged: run.outcome == Outcome::Clogged };
         Self::new(runs.iter().map(life).collect())
     }
 
-    /// The lifetimes, in order.
     pub(super) fn as_slice(&self) -> &[Lifetime] {
         &self.0
     }
@@ -80,27 +77,27 @@ impl Lifetimes {
         self.0.is_empty()
     }
 
-    /// Number of clogs, d.
+    /// d, the number of clogs.
     pub(super) fn clogs(&self) -> usize {
         self.0.iter().filter(|life| life.clogged).count()
     }
 
-    /// Sum of all displacements, S, in sigma.
+    /// S, the sum of all displacements, in sigma.
     pub(super) fn total(&self) -> f64 {
         self.0.iter().map(|life| life.r).sum()
     }
 }
 
-/// What the runs of one point say about lambda, in sigma.
+/// The decay length of one point, in sigma.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DecayLength {
     /// Something clogged: the estimate and its 95% profile-likelihood interval.
     Measured {
         /// The estimate S/d.
         lambda: f64,
-        /// Lower end.
+        /// Lower end of the interval.
         low: f64,
-        /// Upper end.
+        /// Upper end of the interval.
         high: f64,
     },
     /// Nothing clogged: lambda is larger than this, one-sided 95%.
@@ -125,9 +122,9 @@ pub fn maximum_likelihood(lifetimes: &Lifetimes) -> DecayLength {
     }
 }
 
-/// Ends of the 95% interval over the estimate, for d > 0 clogs.
+/// Ends of the 95% interval, divided by the estimate, for d > 0 clogs.
 fn relative_interval(clogs: usize) -> (f64, f64) {
-    // With u = ln x: u + exp(-u) - 1 = drop, at least u^2/2 on the left of 0 and at least u - 1 on the right.
+    // With u = ln x: u + exp(-u) - 1 = drop. The left side is at least u^2/2 for u < 0 and at least u - 1 for u > 0.
     let drop = HALF_CHI_SQUARED / clogs as f64;
     let excess = |u: f64| u + libm::expm1(-u) - drop;
     let root = |[a, b]: [f64; 2]| 0.5 * (a + b);
@@ -136,9 +133,9 @@ fn relative_interval(clogs: usize) -> (f64, f64) {
     (libm::exp(low), libm::exp(high))
 }
 
-/// Runs in total for `1.96/sqrt(d) = 10%`, that is 384.16 clogs, at the present share of clogs; `None` without a clog.
+/// Total number of runs for an interval of +-10%, at the present share of clogs; `None` without a clog.
 pub(super) fn runs_for_ten_percent(runs: usize, clogs: usize) -> Option<u32> {
-    // The conversion saturates at the largest u32, about four thousand million runs.
+    // The conversion saturates at the largest u32.
     (clogs > 0).then(|| (CLOGS_FOR_TEN_PERCENT * runs as f64 / clogs as f64).ceil() as u32)
 }
 

@@ -1,32 +1,30 @@
-//! Is the survival exponential at all? A droplet of exponential survival has no memory: it clogs as readily after a
-//! hundred sigma as at once.
+//! Is the survival exponential? Then a droplet has no memory: it clogs as easily after a hundred sigma as at its start.
 //!
-//! If so, clogs are spread evenly over the distance that all droplets together have travelled. Let all droplets set off
-//! at once and go equally fast. When one clogs at `r_i`, all together have covered `T_i = sum_j min(r_j, r_i)` of the
-//! total `S = sum_j r_j` (the "total time on test" of reliability). The `T_i/S` are then distributed like uniform draws
-//! from [0, 1], wherever and for whatever reason the other runs were cut off. If the farthest run clogged, its own
-//! `T = S` says nothing and is left out; the others are then exactly uniform. Kolmogorov's test compares them with
-//! uniform draws.
+//! In that case clogs are spread evenly over the distance that all droplets travel together. Imagine that all droplets
+//! start at the same time with the same speed. When one clogs at `r_i`, all together have travelled
+//! `T_i = sum_j min(r_j, r_i)` of the total `S = sum_j r_j` (the "total time on test" of reliability theory). The `T_i/S`
+//! are then distributed like uniform draws from [0, 1], wherever and for whatever reason the other runs were cut off. If
+//! the run that went farthest clogged, its own `T = S` says nothing and is left out; the others are then exactly
+//! uniform. Kolmogorov's test compares them with uniform draws.
 //!
-//! Another test would be the distance of the Kaplan-Meier curve from the fit. It needs to know where the clogged runs
-//! would have been cut off, and guesses of that from the other runs gave 2% or 8% false alarms for a nominal 5% where
-//! the time limit cut runs at scattered distances.
+//! The distance of the Kaplan-Meier curve from the fit would be another test. It would need to know where the clogged
+//! runs would have been cut off. When that was estimated from the other runs, a nominal 5% test gave 2% or 8% false
+//! alarms if the time limit cut runs at different distances.
 
 use crate::study::survival::decay_length::Lifetimes;
 
-/// With fewer clogs than this, hardly any curve can be told from an exponential.
+/// With fewer clogs hardly any curve can be distinguished from an exponential.
 const FEWEST_CLOGS: usize = 5;
 
 /// Number of terms `exp(-2 k^2 x^2)` of Kolmogorov's series; the last is below 1e-17 for `x > 0.2`.
 const TERMS: i32 = 22;
 
-/// Probability that clogs are spread as unevenly as these, or more so, if survival is exponential.
-///
-/// `None` with fewer than five clogs, or if nothing moved.
+/// Probability that clogs are spread as unevenly as these, or more so, if survival is exponential; `None` with fewer
+/// than five clogs, or if nothing moved.
 ///
 /// ```
 /// use meniscus::study::survival::{decay_length::{Lifetime, Lifetimes}, goodness::p_exponential};
-/// // Ten droplets that all clog at one place had a reason to.
+/// // Ten droplets that all clog at the same distance.
 /// let lifetimes = Lifetimes::new(vec![Lifetime { r: 10.0, clogged: true }; 10]);
 /// assert!(p_exponential(&lifetimes).is_some_and(|p| p < 1e-6));
 /// ```

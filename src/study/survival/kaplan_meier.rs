@@ -1,8 +1,8 @@
 //! Survival curve without a model: the Kaplan-Meier product-limit estimator.
 //!
-//! At each displacement where `d` of the `n` droplets still under way clog, `P` falls by the factor `1 - d/n`. A run
-//! that ends without a clog lowers the count `n` of later steps and makes no step itself. If it ends exactly where
-//! another clogs, it still counts at that step.
+//! At each displacement where `d` of the `n` droplets that are still moving clog, `P` falls by the factor `1 - d/n`. A
+//! run that ends without a clog makes no step, but lowers the `n` of later steps. If it ends exactly where another run
+//! clogs, it still counts at that step.
 //!
 //! Of three droplets two clog, at 1 and 3, and one is cut off at 2: P falls to 2/3, and then, with one droplet left, to
 //! 0.
@@ -15,9 +15,9 @@
 //! assert_eq!((curve[1].r, curve[1].at_risk, curve[1].survival), (3.0, 1, 0.0));
 //! ```
 
-use crate::study::survival::decay_length::{Lifetime, Lifetimes};
+use crate::study::survival::decay_length::Lifetimes;
 
-/// One step of the curve; between two steps `P` is constant, before the first it is 1.
+/// One step of the curve. Between steps `P` is constant, and before the first step it is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Displacement, in sigma.
@@ -26,9 +26,9 @@ pub struct Step {
     pub survival: f64,
     /// Greenwood's variance, `P^2 sum d/(n (n - d))`; `None` once `P = 0`, where it is undefined.
     pub variance: Option<f64>,
-    /// Droplets under way just before, n.
+    /// n, the number of droplets still moving just before.
     pub at_risk: usize,
-    /// Droplets that clog here, d.
+    /// d, the number of droplets that clog here.
     pub events: usize,
 }
 
@@ -39,7 +39,7 @@ pub fn steps(lifetimes: &Lifetimes) -> Vec<Step> {
     let mut greenwood = 0.0;
     let mut steps = Vec::new();
     for tied in lifetimes.as_slice().chunk_by(|a, b| a.r == b.r) {
-        let events = clogs(tied);
+        let events = tied.iter().filter(|life| life.clogged).count();
         if events > 0 {
             let (n, d) = (at_risk as f64, events as f64);
             survival *= (n - d) / n;
@@ -52,14 +52,10 @@ pub fn steps(lifetimes: &Lifetimes) -> Vec<Step> {
     steps
 }
 
-/// How many of these ended in a clog.
-fn clogs(lifetimes: &[Lifetime]) -> usize {
-    lifetimes.iter().filter(|life| life.clogged).count()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::survival::decay_length::Lifetime;
 
     #[test]
     fn the_curve_of_the_6_mp_arm_is_the_published_one() {

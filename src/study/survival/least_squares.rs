@@ -1,10 +1,10 @@
 //! The paper's estimate of lambda: `exp(-r/lambda)` fitted to the survival curve itself ([C24] eq. 16).
 //!
-//! It minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, with P_i just
-//! after the step. Steps are neither independent nor equally certain, so this estimate is for comparison and has no
-//! interval.
+//! It minimises `Q(lambda) = sum (P_i - exp(-r_i/lambda))^2` over the steps of the Kaplan-Meier curve, where P_i is the
+//! value just after the step. Steps are neither independent nor equally certain, so this estimate is only for
+//! comparison and has no interval.
 //!
-//! One step is met exactly: `exp(-3/lambda) = 1/e` at lambda = 3.
+//! A single step is fitted exactly: `exp(-3/lambda) = 1/e` at lambda = 3.
 //!
 //! ```
 //! use meniscus::study::survival::{kaplan_meier::Step, least_squares::lambda};
@@ -14,16 +14,15 @@
 
 use crate::study::survival::kaplan_meier::Step;
 
-/// Intervals of the first search. Their length is far below 1, the length of `ln lambda` over which the exponential
-/// varies.
+/// Intervals of the first search. Each is much shorter than 1, the scale of `ln lambda` on which the exponential varies.
 const GRID: usize = 200;
 
-/// Number of golden sections: 0.618^45 = 4e-10. Rounding hides where the minimum lies within 1e-8 or so.
+/// Number of golden sections: 0.618^45 = 4e-10. Rounding hides the place of the minimum within about 1e-8.
 const SECTIONS: usize = 45;
 
 /// The lambda of least squares, in sigma.
 ///
-/// `None` without a step at `r > 0` that leaves survivors: `Q` then has no smallest value at a finite lambda > 0.
+/// `None` without a step at `r > 0` that leaves survivors: `Q` then has no minimum at a finite lambda > 0.
 pub fn lambda(steps: &[Step]) -> Option<f64> {
     let open = || steps.iter().filter(|step| step.r > 0.0 && step.survival > 0.0);
     let first = open().next()?.r;

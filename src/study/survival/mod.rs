@@ -8,7 +8,7 @@
 //! | what would the paper have said? | [`least_squares`] |
 //! | is the survival exponential at all? | [`goodness`] |
 //!
-//! Three droplets: two clog after 1 and 3 sigma, the third is cut off at 8, so that lambda is (1 + 3 + 8)/2.
+//! Of three droplets two clog, after 1 and 3 sigma, and the third is cut off at 8. So lambda is (1 + 3 + 8)/2:
 //!
 //! ```
 //! use meniscus::parameters::{Model, Point, Scene, Soft};
@@ -30,7 +30,7 @@ pub mod least_squares;
 use crate::results::fits::{LambdaFit, PointRuns};
 use crate::study::survival::decay_length::{DecayLength, Lifetimes};
 
-/// The decay length of one point, in sigma, by every estimator there is.
+/// The decay length of one point, in sigma, by every estimator.
 pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
     let lifetimes = Lifetimes::of_runs(&point.runs);
     let (lambda, lambda_low, lambda_high) = match decay_length::maximum_likelihood(&lifetimes) {

@@ -1,4 +1,4 @@
-//! A vector at each vertex of a ring: displacements, gradients.
+//! A vector at each vertex of a ring, such as a displacement or a gradient.
 
 use crate::on_instruction_set;
 use crate::physics::simd::InstructionSet;
@@ -7,34 +7,29 @@ use crate::physics::simd::{Instructions, LANES, fma, load, max_lanes, padded, st
 use fearless_simd::{f64x8, prelude::*};
 use serde::{Deserialize, Serialize};
 
-/// Vectors of x and y for each vertex, zero in the padding.
+/// The components of the vectors, each `padded(n)` long, with zeros in the padding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Field {
-    /// x components, `padded(n)` long.
     pub(super) x: Aligned,
-    /// y components, likewise.
     pub(super) y: Aligned,
 }
 
 impl Field {
-    /// Zeros for `n` vertices.
     pub(super) fn zero(n: usize) -> Self {
         Self { x: Aligned::zeros(padded(n)), y: Aligned::zeros(padded(n)) }
     }
 
-    /// Both components.
     #[inline(always)]
     pub(super) fn parts(&self) -> [&[f64]; 2] {
         [&self.x, &self.y]
     }
 
-    /// Both components, to be changed.
     #[inline(always)]
     pub(super) fn parts_mut(&mut self) -> [&mut [f64]; 2] {
         [&mut self.x, &mut self.y]
     }
 
-    /// Largest length of a vector; not finite if one of them is not.
+    /// Length of the longest vector; not finite if a component is not.
     pub(super) fn largest(&self, instruction_set: InstructionSet) -> f64 {
         on_instruction_set!(instruction_set, simd => self.largest_with(simd))
     }
@@ -48,13 +43,12 @@ impl Field {
             let (x, y) = (load(simd, x, i), load(simd, y, i));
             let squared = x * x + y * y;
             largest = squared.simd_gt(largest).select(squared, largest);
-            // Zero for finite numbers alone: a NaN must not pass for small.
+            // Zero only for finite numbers, because a NaN must not pass for small.
             odd += squared * 0.0;
         }
         max_lanes(largest).sqrt() + sum_lanes(odd)
     }
 
-    /// Adds `share` of `by`.
     #[inline(always)]
     pub(super) fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
         let share = f64x8::splat(simd, share);
@@ -65,7 +59,7 @@ impl Field {
         }
     }
 
-    /// Sum of the products with `other`, vertex by vertex.
+    /// Scalar product with `other`, summed over vertices.
     #[inline(always)]
     pub(super) fn dot<S: Instructions>(&self, simd: S, other: &Self) -> f64 {
         let mut sum = f64x8::splat(simd, 0.0);

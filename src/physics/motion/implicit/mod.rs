@@ -1,4 +1,4 @@
-//! Implicit integrator for stiff rings: the literal wall stiffness, `kappa -> 0`, a stiff area, a large tension.
+//! Implicit integrator, for rings that are stiff: literal wall stiffness, `kappa -> 0`, stiff area, large tension.
 //!
 //! The scheme is that of backward differences of second order (BDF2): A- and L-stable, with one nonlinear solve a step.
 //! For a step h after one of length `h/r`, with `D` the change over that earlier step and `s = h (1 + r)/(1 + 2r)`,
@@ -8,19 +8,19 @@
 //! v+ - v = r^2/(1 + 2r) Dv + s [F(x+)/m - lambda v+]
 //! ```
 //!
-//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5; stable for r < 2.41, here r <= 2). A first step, and the retry
-//! after Newton's method has failed, drop the terms in D and take `s = h`: backward Euler. With v+ eliminated this is
-//! the minimisation of the incremental potential in `potential` with
+//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5; stable for r < 2.41, here r <= 2). The first step, and any retry
+//! after Newton's method has failed, drop the terms in D and take `s = h`, which is backward Euler. With v+ eliminated
+//! the step minimises the incremental potential of `potential` with
 //!
 //! ```text
 //! w = (m/s^2)(1 + s lambda),     d* = r^2/(1 + 2r) Dx + s [v + r^2/(1 + 2r) Dv]/(1 + s lambda)
 //! ```
 //!
-//! The damping rates lambda are those at the positions extrapolated from the step before, right to second order.
-//! Velocities are made from displacements, never from differences of positions, so they are resolved to about 1e-13.
+//! The damping rates lambda are those at positions extrapolated from the step before, which is correct to second order.
+//! Velocities are computed from displacements, not from differences of positions, so they are accurate to about 1e-13.
 //!
 //! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in
-//! halves (`step_control`). Everything is deterministic, and does not depend on how a run is cut up.
+//! halves (`step_control`).
 
 mod cyclic;
 mod field;
@@ -29,12 +29,10 @@ mod potential;
 mod scheme;
 
 use crate::on_instruction_set;
-use crate::physics::motion::ring_state::RingState;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState};
 use crate::physics::observation::Observation;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};
@@ -44,16 +42,15 @@ use scheme::{Earlier, Scheme};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Largest distance that a vertex may go in one step, in sigma: half of the default vertex diameter, `pi/512`.
+/// Largest distance that a vertex may move in one step, in sigma: half of the default vertex diameter, `pi/512`.
 pub(crate) const LARGEST_MOVE: f64 = std::f64::consts::PI / 512.0;
 
-/// Most halvings: the smallest sub-step is `dt/65536`.
+/// The smallest sub-step is `dt/65536`.
 const MOST_HALVINGS: u32 = 16;
 
-/// Accepted sub-steps in a row after which the length doubles.
+/// After this many accepted sub-steps in a row their length doubles.
 const PATIENCE: u32 = 4;
 
-/// Why a sub-step has to be taken again.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 enum BadStep {
     #[error(transparent)]
@@ -65,26 +62,25 @@ enum BadStep {
 /// How many steps a motion has taken so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StepCounts {
-    /// Sub-steps accepted; as many as nominal steps if none was refused.
+    /// Sub-steps accepted; their number is that of the nominal steps if none was refused.
     pub accepted: u64,
     /// Sub-steps refused.
     pub refused: u64,
-    /// Newton steps of the accepted ones.
+    /// Newton steps of the accepted sub-steps.
     pub iterations: u64,
 }
 
 /// A ring with its effects, advanced implicitly.
 #[derive(Debug)]
 pub struct ImplicitMotion {
-    /// The ring; `ux`, `uy` are velocities at the time of its positions.
+    /// The ring; here `ux`, `uy` are velocities at the same time as the positions.
     pub ring: Ring,
-    /// Its effects.
+    /// All that acts on the ring.
     pub effects: RingEffects,
-    /// Largest distance that a vertex may go in one sub-step.
+    /// Largest distance that a vertex may move in one sub-step.
     pub largest_move: f64,
     /// The steps it has taken.
     pub counts: StepCounts,
-    /// Nominal time step.
     dt: f64,
     instruction_set: InstructionSet,
     newton: Newton,
@@ -93,7 +89,7 @@ pub struct ImplicitMotion {
     steps: u64,
 }
 
-/// What decides how an implicit motion goes on.
+/// Everything that decides how an implicit motion goes on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ImplicitState {
     ring: RingState,
@@ -135,7 +131,7 @@ impl ImplicitMotion {
         self.newton.travelled = 0.0;
     }
 
-    /// Goes on from `state`, with `n` vertices and nominal steps of `dt`; `None` if it is no state of such a motion.
+    /// Goes on from `state`, in nominal steps of `dt`. `None` if the state does not belong to a ring of `n` vertices.
     pub(crate) fn resume(
         state: &ImplicitState,
         n: usize,
@@ -148,7 +144,7 @@ impl ImplicitMotion {
         if !fits(&state.moved) || !fits(&state.gained) || !motion.control.resume(state.control) {
             return None;
         }
-        // A start is at rest.
+        // `start` has set the velocities to zero.
         motion.ring = state.ring.ring(n)?;
         if !motion.effects.recall(&state.memory) {
             return None;
@@ -158,7 +154,7 @@ impl ImplicitMotion {
         Some(motion)
     }
 
-    /// Puts the ring back where the refused sub-step began, and halves the next one.
+    /// Puts the ring back where the refused sub-step began, and halves the sub-steps.
     fn retreat(&mut self, bad: BadStep) -> Result<(), Failure> {
         self.counts.refused += 1;
         let back = self.newton.displacement.largest(self.instruction_set);
@@ -176,7 +172,6 @@ impl ImplicitMotion {
         Err(Failure { class: FailureClass::Unstable, reason, step: self.steps, outline: None })
     }
 
-    /// Tries a step of length `h`.
     fn try_step(&mut self, h: f64) -> Result<(), BadStep> {
         let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &mut self.earlier);
         let instruction_set = self.instruction_set;
@@ -206,7 +201,7 @@ impl ImplicitMotion {
 }
 
 impl Motion for ImplicitMotion {
-    /// Takes `steps` nominal time steps. If a step cannot be solved even at 1/65536 of its length, it fails as
+    /// Takes `steps` nominal time steps. If a step cannot be solved even at 1/65536 of its length, the motion fails as
     /// `unstable`.
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
         for _ in 0..steps {

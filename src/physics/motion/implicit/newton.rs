@@ -1,58 +1,54 @@
 //! One implicit step as a minimisation of its [`Potential`], by Newton's method.
 //!
 //! Newton's direction p solves `(w + U'') p = -Phi'` with a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`.
-//! Where that is not positive definite, only the positive parts of U'' are kept.
+//! If the matrix is not positive definite, only the positive parts of U'' are kept.
 //!
-//! The length t of a step along p is such that the slope `p Phi'(d + t p)` has not turned up by more than half of what
-//! it was down. Phi has then fallen. It is judged by the slope because differences of Phi itself drown in round-off
-//! long before velocities of 1e-9 V_t are resolved. Nor may a cut step end short of the bottom, because the slope has
-//! kinks where a hard wall is touched: a step that ends just before the wall does not learn of it, and the next one is
-//! the same again.
+//! **Length of a step.** A step `t p` is cut until the slope `p Phi'(d + t p)` is at most half as steep upwards as it
+//! was downwards at t = 0; Phi has then fallen. The slope is used because differences of Phi itself drown in round-off
+//! long before velocities of 1e-9 V_t are resolved. Nor may a cut step end where the slope is still steeper than 0.9 of
+//! that at t = 0, because the slope has kinks where a hard wall is touched. A step that ends just before the wall would
+//! not see it, and the next Newton step would be the same again.
 //!
-//! A ring that slides round an obstacle loses touch in every prediction, by the little that a tangent leads away from a
-//! circle, and Newton's method would find the contacts again one by one. So the first step holds on to those that
-//! pushed at the end of the time step before, and is taken whole; then they are free to open.
+//! **Held contacts.** In the predicted positions a ring that slides round an obstacle has lost contact, because the
+//! prediction follows the tangent of the circle. Newton's method would find the contacts again one by one. So the first
+//! Newton step holds the contacts that pushed at the end of the time step before, and is taken whole. Then they are
+//! free to open.
 
 use crate::on_instruction_set;
-use crate::physics::motion::implicit::cyclic::CyclicSolver;
-use crate::physics::motion::implicit::field::Field;
-use crate::physics::motion::implicit::potential::Potential;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
+use crate::physics::motion::implicit::{cyclic::CyclicSolver, field::Field, potential::Potential};
 use crate::physics::ring::forces::stiffness::Parts;
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::{InstructionSet, LANES, load, store};
 use fearless_simd::prelude::*;
 
-/// Most Newton steps before a time step is given up.
+/// A time step is given up after this many Newton steps.
 const MOST_ITERATIONS: u32 = 25;
 
-/// Most cuts of one Newton step.
+/// Largest number of cuts of one Newton step.
 const MOST_CUTS: u32 = 14;
 
-/// The last correction is smaller than this, in sigma, plus [`RELATIVE_TOLERANCE`] of the largest displacement.
+/// Newton's method ends with a correction below this, in sigma, plus [`RELATIVE_TOLERANCE`] times the displacement.
 const TOLERANCE: f64 = 1e-14;
 
-/// Share of the largest displacement that the last correction may have.
+/// See [`TOLERANCE`].
 const RELATIVE_TOLERANCE: f64 = 1e-8;
 
-/// Corrections below this are taken whole: slopes drown in round-off.
+/// Smaller corrections, in sigma, are taken whole, because their slopes drown in round-off.
 const NOT_CUT: f64 = 1e-11;
 
 /// Longest correction of one vertex in one Newton step, in sigma.
 const LONGEST: f64 = 0.02;
 
-/// Why a step could not be solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Unsolved {
-    /// Newton's method did not arrive.
+    /// Newton's method did not converge.
     #[error("Newton's method did not converge")]
     NotConverged,
-    /// Not even the positive parts gave a positive matrix: the numbers are no longer finite.
+    /// Even the positive parts gave no positive definite matrix, so the numbers are no longer finite.
     #[error("the positions are no longer finite")]
     NotFinite,
 }
 
-/// Work space of the minimisation.
 #[derive(Debug)]
 pub(super) struct Newton {
     instruction_set: InstructionSet,
@@ -60,16 +56,14 @@ pub(super) struct Newton {
     pub(super) start: Field,
     /// Displacements since then.
     pub(super) displacement: Field,
-    /// How far any vertex may have moved since this was last set to zero.
+    /// Upper bound of the distance that any vertex has moved since this was last set to zero.
     pub(super) travelled: f64,
-    /// What is minimised.
     pub(super) potential: Potential,
     correction: Field,
     solver: CyclicSolver,
 }
 
 impl Newton {
-    /// Work space for `n` vertices.
     pub(super) fn new(n: usize, instruction_set: InstructionSet) -> Self {
         Self {
             instruction_set,
@@ -82,7 +76,7 @@ impl Newton {
         }
     }
 
-    /// Puts the ring at `start + displacement`; none of its vertices has been further than `distance` from there.
+    /// Puts the ring at `start + displacement`, to which no vertex moves further than `distance`.
     pub(super) fn put(&mut self, ring: &mut Ring, effects: &mut RingEffects, distance: f64) {
         on_instruction_set!(self.instruction_set, simd => self.put_with(simd, ring));
         ring.close();
@@ -102,16 +96,16 @@ impl Newton {
         }
     }
 
-    /// Adds `share` of the correction, whose largest vector is `size`.
+    /// Adds `share` times the correction, whose longest vector has the length `size`.
     fn go(&mut self, ring: &mut Ring, effects: &mut RingEffects, share: f64, size: f64) {
         on_instruction_set!(self.instruction_set, simd => self.displacement.add(simd, share, &self.correction));
         self.put(ring, effects, share.abs() * size);
     }
 
-    /// Minimises Phi from the present displacement on; returns the number of Newton steps.
+    /// Minimises Phi, beginning at the present displacement; returns the number of Newton steps.
     ///
     /// # Errors
-    /// [`Unsolved`], with the ring wherever the search had got to.
+    /// [`Unsolved`]; the ring is then where the search ended.
     pub(super) fn minimise(&mut self, ring: &mut Ring, effects: &mut RingEffects) -> Result<u32, Unsolved> {
         let mut held = effects.hold(ring);
         self.potential.evaluate(&self.displacement, ring, effects);
@@ -155,7 +149,7 @@ impl Newton {
         Err(Unsolved::NotFinite)
     }
 
-    /// Goes along the correction, cut until the slope of Phi is no longer steep.
+    /// Moves along the correction, which is cut as the [module](self) says.
     fn search(&mut self, ring: &mut Ring, effects: &mut RingEffects, size: f64) {
         let down = -self.slope();
         let mut share = (LONGEST / size).min(1.0);
@@ -165,13 +159,13 @@ impl Newton {
             return;
         }
         let mut up = self.slope();
-        // The bottom lies between two lengths: at the first the slope leads down, at the second up.
+        // Two lengths between which the minimum lies, and their slopes.
         let (mut low, mut high) = ((0.0, -down), (share, up));
         for cut in 0..MOST_CUTS {
             if up <= 0.5 * down && (cut == 0 || up >= -0.9 * down) {
                 return;
             }
-            // Where a straight line through both slopes is level. Kinks mislead it, so every third cut is half way.
+            // Where the straight line through both slopes is zero. Kinks mislead it, so every third cut is half way.
             let width = high.0 - low.0;
             let level_at = if cut % 3 == 2 { 0.5 } else { low.1 / (low.1 - high.1) };
             let level_at = if level_at.is_finite() { level_at.clamp(0.01, 0.99) } else { 0.1 };

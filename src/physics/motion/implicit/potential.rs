@@ -1,37 +1,34 @@
 //! The potential that one implicit step minimises, and its derivatives.
 //!
-//! The displacements d that the step looks for minimise the incremental potential
+//! The displacements d of a step minimise the incremental potential
 //!
 //! ```text
 //! Phi(d) = sum_i (w_i/2) |d_i - d*_i|^2 + U(x + d)
 //! ```
 //!
-//! with weights `w_i` of inertia and drag and free displacements `d*` that the time scheme sets. Its gradient is `Phi'
-//! = w (d - d*) - F`. Its second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
+//! The time scheme sets the weights `w_i` of inertia and drag and the free displacements `d*`. The gradient is `Phi' =
+//! w (d - d*) - F`. The second derivative `w + U''` is a cyclic block-tridiagonal matrix plus `K_a grad a grad a^T`,
 //! which is kept apart because it couples all vertices.
 
 use crate::on_instruction_set;
 use crate::physics::motion::implicit::field::Field;
-use crate::physics::ring::Ring;
-use crate::physics::ring::effects::RingEffects;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
 use crate::physics::ring::passes::{EdgeArrays, EdgeLaw, RingForces, edge_pass};
+use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simd::aligned::Aligned;
 use crate::physics::simd::{Instructions, LANES, fma, inverse_sqrt, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Phi, and its derivatives where they were last evaluated.
+/// Phi and its last evaluated derivatives.
 #[derive(Debug)]
 pub(super) struct Potential {
     instruction_set: InstructionSet,
     /// Free displacements d*.
     pub(super) free: Field,
-    /// Weights w.
     pub(super) weight: Aligned,
     /// Phi'.
     pub(super) gradient: Field,
-    /// Gradient of the area.
     pub(super) area_gradient: Field,
     /// `w + U''` without the rank-one term of the area.
     pub(super) stiffness: Stiffness,
@@ -41,7 +38,6 @@ pub(super) struct Potential {
 }
 
 impl Potential {
-    /// Work space for `n` vertices.
     pub(super) fn new(n: usize, instruction_set: InstructionSet) -> Self {
         let edges = || Aligned::zeros(padded(n) + LANES);
         Self {
@@ -56,7 +52,7 @@ impl Potential {
         }
     }
 
-    /// Phi' and the gradient of the area at the present positions, `displacement` away from the start of the step.
+    /// Evaluates Phi' and the gradient of the area at the present positions, which `displacement` led to.
     pub(super) fn evaluate(&mut self, displacement: &Field, ring: &mut Ring, effects: &RingEffects) {
         let area = edge_pass(self.instruction_set, ring, effects.edge_law());
         let forces = effects.forces(area, effects.push(ring));
@@ -108,7 +104,7 @@ impl Potential {
         }
     }
 
-    /// Fills the matrix `w + U''` at the positions where Phi' was last evaluated.
+    /// Fills the matrix `w + U''`, at the positions at which Phi' was last evaluated.
     pub(super) fn assemble(&mut self, ring: &Ring, effects: &RingEffects, parts: Parts) {
         let law = effects.edge_law();
         on_instruction_set!(self.instruction_set, simd => {
@@ -150,7 +146,7 @@ impl Potential {
         }
     }
 
-    /// Weights, edges and the pressure, `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
+    /// Adds up weights, edges and the pressure: `-p a''` with `d^2 a/(dx_i dy_{i+1}) = 1/2 = -d^2 a/(dy_i dx_{i+1})`.
     #[inline(always)]
     fn assemble_vertices<S: Instructions>(&mut self, simd: S, n: usize, parts: Parts) {
         let [along_xx, along_xy, along_yy] = self.edge_stiffness.each_ref().map(|edges| &edges[..]);

@@ -1,31 +1,29 @@
-//! The numbers of one implicit step, and what it remembers of the step before: second-order backward differences.
+//! The coefficients of one implicit step by second-order backward differences, and what it keeps of the step before.
 
-use crate::physics::motion::implicit::field::Field;
-use crate::physics::motion::implicit::potential::Potential;
+use crate::physics::motion::implicit::{field::Field, potential::Potential};
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::drag::Rates;
 use crate::physics::simd::{Instructions, LANES, fma, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// The step before.
 #[derive(Debug)]
 pub(super) struct Earlier {
-    /// Change of the positions.
+    /// Dx, the change of the positions.
     pub(super) moved: Field,
-    /// Change of the velocities.
+    /// Dv, the change of the velocities.
     pub(super) gained: Field,
-    /// Its length; infinite if there was none, or none worth remembering.
+    /// Its length; infinite makes the next step one of backward Euler.
     pub(super) step: f64,
 }
 
 impl Earlier {
-    /// No step yet, of a ring of `n` vertices.
+    /// Before the first step of a ring of `n` vertices.
     pub(super) fn none(n: usize) -> Self {
         Self { moved: Field::zero(n), gained: Field::zero(n), step: f64::INFINITY }
     }
 }
 
-/// The numbers of one step.
+/// The coefficients of one step.
 #[derive(Clone, Copy)]
 pub(super) struct Scheme {
     /// h, its length.
@@ -45,7 +43,7 @@ impl Scheme {
         Self { h, ratio, s: h * (1.0 + ratio) / both, keep: ratio * ratio / both }
     }
 
-    /// Where the ring would be if its velocities went on to change as they did: `d = h (v + r/2 Dv)`.
+    /// Predicts the displacement with velocities that go on changing as before: `d = h (v + r/2 Dv)`.
     #[inline(always)]
     pub(super) fn foresee<S: Instructions>(self, simd: S, ring: &Ring, earlier: &Earlier, displacement: &mut Field) {
         let (h, half_change) = (f64x8::splat(simd, self.h), f64x8::splat(simd, 0.5 * self.h * self.ratio));
@@ -82,7 +80,7 @@ impl Scheme {
         }
     }
 
-    /// Takes over the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
+    /// Sets the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
     #[inline(always)]
     pub(super) fn accept<S: Instructions>(self, simd: S, ring: &mut Ring, d: &Field, earlier: &mut Earlier) {
         let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));

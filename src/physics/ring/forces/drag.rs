@@ -1,8 +1,7 @@
-//! Drag: a viscous force `-m lambda_i v_i` on each vertex, which every integrator takes implicitly.
+//! Drag: a viscous force `-m lambda_i v_i` on each vertex, which every integrator treats implicitly.
 //!
 //! Far from walls ([C24] eqs 5, 6 with b0 = 0) it is `-(b_inf/N_v) v_i` with `b_inf = M/V_t`. The damping rate is then
-//! `b_inf/M = 1/V_t`, whatever the number of vertices: 33 per t0 at V_t = 0.03. [`NearWallDrag`] has a rate for each
-//! vertex.
+//! `b_inf/M = 1/V_t` for any number of vertices: 33 per t0 at V_t = 0.03. [`NearWallDrag`] has a rate for each vertex.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::near_wall_drag::NearWallDrag;
@@ -22,7 +21,7 @@ pub enum Drag {
 }
 
 impl Drag {
-    /// Brings the damping rates up to date with the ring, whose vertices moved by at most `distance`.
+    /// Updates the damping rates after no vertex has moved further than `distance`.
     #[inline(always)]
     pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
         match self {
@@ -44,14 +43,13 @@ impl Drag {
 /// Damping rates `lambda` of the vertices of a ring, in 1/t0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Rates<'a> {
-    /// One for all.
+    /// One rate for all vertices.
     Even(f64),
-    /// One for each, padded to whole vectors.
+    /// One rate for each vertex, padded to whole vectors.
     Each(&'a [f64]),
 }
 
 impl Rates<'_> {
-    /// Rate of vertex `i`.
     pub(crate) fn at(self, i: usize) -> f64 {
         match self {
             Self::Even(rate) => rate,
@@ -59,7 +57,6 @@ impl Rates<'_> {
         }
     }
 
-    /// Rates of the eight vertices from `i` on.
     #[inline(always)]
     pub(crate) fn load<S: Simd>(self, simd: S, i: usize) -> f64x8<S> {
         match self {

@@ -1,4 +1,4 @@
-//! Gravity along +x: `U = -M x_c` with x_c the mean vertex, so each vertex feels `M/N_v`.
+//! Gravity along +x: `U = -M x_c` with x_c the mean x of the vertices, so the force on each vertex is `M/N_v`.
 
 use crate::parameters::MASS;
 
@@ -14,18 +14,16 @@ impl Gravity {
         Self { vertex_weight: MASS / n_vertices as f64 }
     }
 
-    /// No weight on the vertices: while a droplet is put in place, or where hydrostatic pressure drives it.
+    /// No weight: while a droplet is put at its start, or if hydrostatic pressure drives it.
     pub fn off() -> Self {
         Self { vertex_weight: 0.0 }
     }
 
-    /// Force on one vertex along +x.
     #[inline(always)]
     pub(crate) fn force(self) -> f64 {
         self.vertex_weight
     }
 
-    /// Energy of one vertex at `x`.
     pub(crate) fn energy(self, x: f64) -> f64 {
         -self.vertex_weight * x
     }

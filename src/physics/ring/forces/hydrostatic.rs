@@ -1,13 +1,12 @@
 //! Gravity as hydrostatic pressure: `U = -M C_x` with C_x the centroid of the polygon's area, not of its vertices.
 //!
 //! With `S = sum (x_i + x_{i+1}) c_i`, `c_i = x_i y_{i+1} - x_{i+1} y_i`, and the area `a = (1/2) sum c_i`, the
-//! centroid is `C_x = S/(6a)` and the force `M [grad S/(6a) - (C_x/a) grad a]`. It pushes along the normal alone:
-//! vertices are not dragged along the interface as by [`crate::physics::ring::forces::gravity`].
+//! centroid is `C_x = S/(6a)` and the force `M [grad S/(6a) - (C_x/a) grad a]`. It acts along the normal only, and does
+//! not drag vertices along the interface as [`crate::physics::ring::forces::gravity`] does.
 
 use crate::parameters::MASS;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
+use crate::physics::ring::{Ring, forces::RingForce};
 
 /// Hydrostatic pressure of the droplet's weight.
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +46,8 @@ impl RingForce for Hydrostatic {
         }
     }
 
-    /// `-M [S''/(6a) - (C_x/a) a'']`, sums over edges. Products of the gradients of S and a are left out: they act only
-    /// on changes of the area, which K_a rules. The whole is indefinite, so none of it counts as positive.
+    /// `-M [S''/(6a) - (C_x/a) a'']`, sums over edges. Products of the gradients of S and a are left out, because they
+    /// matter only if the area changes, which K_a prevents. The matrix is indefinite, so it has no positive part here.
     fn add_stiffness(&self, ring: &Ring, parts: Parts, stiffness: &mut Stiffness) {
         if parts == Parts::Positive {
             return;

@@ -1,28 +1,26 @@
 //! Drag that grows towards a wall ([C24] eqs 5, 6): `-(zeta_i/N_v) v_i`,
 //! `zeta_i = b_inf (1 + (b0/b_inf)(sigma/d_i)^alpha)`.
 //!
-//! `d_i` is the distance of vertex i from the nearest wall, no less than `delta/2`. Each block of eight vertices has a
-//! list of the walls that may be the nearest of one of them. The smallest of the distances from these is exact, so no
+//! `d_i` is the distance of vertex i from the nearest wall, but at least `delta/2`. Each block of eight vertices has a
+//! list of the walls that may be nearest to one of them. The smallest of the distances from these walls is exact, so no
 //! result depends on when the lists were made.
 //!
-//! At the paper's `alpha = 4/3` the power is the fourth of an inverse cube root, by Newton's method from a guess that
-//! is 4% off. Other exponents go through `libm::pow`.
+//! At the paper's `alpha = 4/3` the power is the fourth power of an inverse cube root, which Newton's method finds from
+//! a guess that is 4% off. Other exponents use `libm::pow`.
 //!
 //! Example: at `b0/b_inf = 0.4`, one diameter away from the nearest wall, a vertex is damped at 1.4/V_t.
 
 use crate::on_instruction_set;
 use crate::parameters::PAPER_ALPHA;
 use crate::physics::ring::Ring;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, load, max_lanes, padded, store};
+use crate::physics::simd::{InstructionSet, LANES, aligned::Aligned, load, max_lanes, padded, store};
 use crate::physics::walls::neighbours::{Neighbours, obstacles_near};
 use crate::physics::walls::wall::{ObstacleQueries, Walls};
 use fearless_simd::{Fallback, f64x8, prelude::*};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Walls are looked for up to this distance, in sigma. Beyond it they would raise the drag by less than 1e-5 b0.
+/// Walls further away than this, in sigma, are left out. They would raise the drag by less than 1e-5 b0.
 const FARTHEST: f64 = 1e4;
 
 /// How far a vertex may move before the lists of nearest walls are made again, in sigma.
@@ -35,12 +33,12 @@ pub struct NearWallDrag {
     distances: Box<dyn Update>,
 }
 
-/// What brings the damping rates up to date.
+/// [`NearestWalls`] for walls of any scene.
 trait Update: Send + Sync + std::fmt::Debug {
     fn update(&mut self, distance: f64, ring: &Ring, rates: &mut [f64]);
 }
 
-/// What the rates follow from, and the walls that may be nearest to each vertex.
+/// The parameters of the drag, and the walls that may be nearest to each vertex.
 #[derive(Debug)]
 struct NearestWalls<W: Walls> {
     walls: Arc<W>,
@@ -49,11 +47,10 @@ struct NearestWalls<W: Walls> {
     far_rate: f64,
     b0: f64,
     alpha: f64,
-    /// Smallest distance that counts, `delta/2`.
+    /// Smaller distances are taken as this one, `delta/2`.
     floor: f64,
-    /// Walls that may be the nearest of a vertex, block by block.
+    /// Walls that may be nearest to a vertex, block by block.
     nearest: Neighbours<W::Obstacle>,
-    /// Which of them are those of each block.
     of_block: Vec<Range<usize>>,
 }
 
@@ -82,16 +79,24 @@ impl NearWallDrag {
         });
         Self { rates, distances }
     }
+
+    pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
+        self.distances.update(distance, ring, &mut self.rates);
+    }
+
+    pub(crate) fn rates(&self) -> &[f64] {
+        &self.rates
+    }
 }
 
 impl<W: Walls> NearestWalls<W> {
-    /// Lists, for each block, every wall that could be the nearest to one of its vertices within the skin.
+    /// Lists, for each block, every wall that may be nearest to one of its vertices before the skin is used up.
     #[inline(never)]
     fn list(&mut self, ring: &Ring) {
         self.nearest.renew(ring.origin);
         let bounds = ring.bounds();
         let mut margin = 1.0;
-        // Each vertex must have a wall nearer than the margin: only then is its nearest among those found for certain.
+        // If each vertex has a wall nearer than the margin, its nearest wall is certainly among those found.
         while margin < FARTHEST {
             let far = margin + self.walls.surface() + 2.0 * SKIN;
             let near = obstacles_near(&*self.walls, ring.origin, bounds, far);
@@ -109,7 +114,7 @@ impl<W: Walls> NearestWalls<W> {
         let surface = self.walls.surface();
         let mut farthest: f64 = 0.0;
         let (of_block, chosen) = (&mut self.of_block, &mut self.nearest.items);
-        // Seldom made: the plain instruction set will do.
+        // Called rarely, so the plain instruction set is fast enough.
         let simd = Fallback::new();
         for start in (0..ring.ux.len()).step_by(LANES) {
             let (x, y) = (load(simd, &ring.x, start), load(simd, &ring.y, start));
@@ -119,7 +124,7 @@ impl<W: Walls> NearestWalls<W> {
             }
             farthest = farthest.max(max_lanes(nearest) - surface);
             let first = chosen.len();
-            // Any two distances may have changed by a skin each before the list is made again.
+            // Two distances may each change by a skin before the list is made again.
             let reach = nearest + 2.0 * SKIN;
             chosen.extend(near.iter().filter(|obstacle| simd.distance_to(*obstacle, x, y).simd_le(reach).any_true()));
             of_block.push(first..chosen.len());
@@ -152,7 +157,7 @@ fn power<S: Simd>(simd: S, d: f64x8<S>, alpha: f64) -> f64x8<S> {
     if alpha != PAPER_ALPHA {
         return f64x8::from_slice(simd, &lanes.map(|d| libm::pow(d, -alpha)));
     }
-    // A third of the exponent, in the bits of a single-precision number.
+    // Divides the exponent by -3, in the bits of a single-precision number.
     let guess = lanes.map(|d| f64::from(f32::from_bits(0x54a2_4637 - (d as f32).to_bits() / 3)));
     let mut root = f64x8::from_slice(simd, &guess);
     for _ in 0..4 {
@@ -173,18 +178,6 @@ impl<W: Walls> Update for NearestWalls<W> {
             return;
         }
         on_instruction_set!(self.instruction_set, simd => self.update_with(simd, ring, rates));
-    }
-}
-
-impl NearWallDrag {
-    /// Brings the damping rates up to date with the ring, whose vertices moved by at most `distance`.
-    pub(crate) fn update(&mut self, distance: f64, ring: &Ring) {
-        self.distances.update(distance, ring, &mut self.rates);
-    }
-
-    /// Damping rates of the vertices, in 1/t0.
-    pub(crate) fn rates(&self) -> &[f64] {
-        &self.rates
     }
 }
 

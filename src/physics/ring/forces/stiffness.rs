@@ -4,47 +4,39 @@
 //! `(i + 1, i)` is its transpose. The area's `K_a grad a grad a^T`, which couples all vertices, is kept apart.
 //!
 //! # Writing your own
-//! An effect adds its second derivatives, or a positive semi-definite matrix above them, in
-//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). This matrix has no place for
-//! the coupling of vertices that are not neighbours, but it has one for a bound such as `k (u - w)(u - w)^T <= 2k (u
-//! u^T + w w^T)`.
+//! An effect adds its second derivatives, or an upper bound of them, in
+//! [`RingForce::add_stiffness`](crate::physics::ring::forces::RingForce::add_stiffness). The matrix cannot hold the
+//! coupling of vertices u and w that are not neighbours, but it can hold the bound
+//! `k (u - w)(u - w)^T <= 2k (u u^T + w w^T)`.
 
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{LANES, load, padded, store};
+use crate::physics::simd::{LANES, aligned::Aligned, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Which second derivatives are wanted.
+/// Which parts of the second derivatives are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parts {
     /// All: Newton's method then converges quadratically.
     All,
-    /// Only those that make the matrix positive: compressed edges and the turning of normals are left out.
+    /// Only parts that are positive semi-definite, without compressed edges and the turning of normals.
     Positive,
 }
 
 /// The matrix, an array for each entry of a block.
 #[derive(Clone, Debug)]
 pub struct Stiffness {
-    /// Number of vertices.
     pub(crate) n: usize,
-    /// xx of block `(i, i)`, `padded(n) + 8` long; entry `n` belongs to vertex 0 until it is folded.
+    // Block `(i, i)`, `padded(n) + 8` long; entry `n` is to be added to vertex 0.
     pub(crate) own_xx: Aligned,
-    /// xy and yx of block `(i, i)`.
     pub(crate) own_xy: Aligned,
-    /// yy of block `(i, i)`.
     pub(crate) own_yy: Aligned,
-    /// xx of block `(i, i + 1)`, `padded(n) + 8` long.
+    // Block `(i, i + 1)`, `padded(n) + 8` long; rows belong to vertex i, columns to vertex i + 1.
     pub(crate) next_xx: Aligned,
-    /// xy of block `(i, i + 1)`: row x of vertex i, column y of vertex i + 1.
     pub(crate) next_xy: Aligned,
-    /// yx of block `(i, i + 1)`.
     pub(crate) next_yx: Aligned,
-    /// yy of block `(i, i + 1)`.
     pub(crate) next_yy: Aligned,
 }
 
 impl Stiffness {
-    /// A zero matrix for `n` vertices.
     pub(crate) fn new(n: usize) -> Self {
         let zeros = || Aligned::zeros(padded(n) + LANES);
         Self {
@@ -59,7 +51,7 @@ impl Stiffness {
         }
     }
 
-    /// Adds what was put on entry `n` to vertex 0, which it is.
+    /// Adds entry `n` to vertex 0.
     pub(crate) fn fold(&mut self) {
         for own in [&mut self.own_xx, &mut self.own_xy, &mut self.own_yy] {
             own[0] += own[self.n];

@@ -7,16 +7,16 @@
 //! | case | when | |
 //! |---|---|---|
 //! | line tension alone | `kappa = K_l/Gamma = 0` | `T = Gamma` |
-//! | with springs | else | weak at the default `kappa = 1e-3`: they only keep vertices from drifting together |
+//! | with springs | other kappa | weak at the default `kappa = 1e-3`: they only keep vertices from drifting together |
 //! | linear spring | `kappa = 1/(N_v l0)` | `T = Gamma l/l0`: the smoothing cancels, and no edge length is needed |
 //!
-//! Example: a circle of radius R under Gamma = 1 holds against a pressure `Gamma/R`.
+//! Example: a circle of radius R balances a pressure `Gamma/R`.
 
 use crate::parameters::{Deformable, regular_edge};
 use crate::physics::simd::{Instructions, fma};
 use fearless_simd::{f64x8, prelude::*};
 
-/// What pulls along each edge of a ring.
+/// The tension along the edges of a ring.
 ///
 /// ```
 /// use meniscus::parameters::Deformable;
@@ -97,14 +97,14 @@ pub(crate) fn is_linear(ring: &Deformable) -> bool {
 /// A tension that depends on the smoothed length alone, `T = constant + per_length l_eps`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TensionLaw {
-    /// What does not depend on the length.
+    /// The part that does not depend on the length.
     pub(crate) constant: f64,
-    /// What grows with it.
+    /// The part that grows with the length.
     pub(crate) per_length: f64,
 }
 
 impl TensionLaw {
-    /// Whether there is a constant part; a spring of zero rest length has none, and needs no edge lengths.
+    /// Whether edge lengths are needed. A spring of zero rest length has no constant part, and needs none.
     pub(crate) fn needs_length(self) -> bool {
         self.constant != 0.0
     }

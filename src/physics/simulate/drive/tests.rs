@@ -11,11 +11,9 @@ use crate::results::outline::Outline;
 use crate::results::trajectory::FailureClass;
 use std::sync::Arc;
 
-/// What is seen of a droplet at one check.
 #[derive(Clone, Copy)]
 struct Seen {
     x: f64,
-    /// E_k/E_t.
     ek_ratio: f64,
     potential: f64,
 }
@@ -23,14 +21,14 @@ struct Seen {
 const MOVING: Seen = Seen { x: 0.0, ek_ratio: 1.0, potential: 0.0 };
 const AT_REST: Seen = Seen { ek_ratio: 1e-20, ..MOVING };
 
-/// A droplet that does what a script says: line k is what is seen after k checks, the last line ever after.
+/// A droplet that follows a script. Line k is observed after k checks, and the last line for ever after.
 struct Scripted {
     script: Vec<Seen>,
     checks: usize,
-    /// Checks after which an advance is interrupted.
+    /// After how many checks an advance is interrupted, and by what.
     interrupted: Option<(usize, Interruption)>,
     engulfed_from: usize,
-    /// The ring from some check on.
+    /// The droplet has this ring from some check on.
     ring: Option<(usize, Ring)>,
 }
 
@@ -49,7 +47,7 @@ impl Motion for Scripted {
         Ok(())
     }
 
-    /// A point that stands for the number of checks.
+    /// A state that differs for each number of checks.
     fn state(&self) -> MotionState {
         let effects = SoftEffects { stiffness: 1.0, weight: 0.0, far_rate: 1.0, b0: 0.0, alpha: 1.0 };
         let position = [-10.0 - self.checks as f64, 0.0];

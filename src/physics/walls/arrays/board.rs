@@ -1,18 +1,17 @@
-//! The board that darts are thrown at when discs are added at random: a periodic box, its grid of cells, and the random
-//! streams of a seed.
+//! The board that darts are thrown at: a periodic box, its grid of cells, and the random streams of a seed.
 //!
-//! A cell is so small that its diagonal is shorter than the spacing. So it holds at most one disc, and whatever comes
-//! closer to a place in it than the spacing lies at most two cells away.
+//! The diagonal of a cell is shorter than the spacing. So a cell holds at most one disc, and discs that are closer to a
+//! place in it than the spacing lie at most two cells away.
 
 use crate::parameters::ObstacleField;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Positions are multiples of this, in sigma, so that it is exact to move them by origins, and by whole boxes if their
-/// side is a multiple, too.
+/// Positions are multiples of this, in sigma. Then it is exact to shift them by an origin, and by the side of the box
+/// if that is a multiple too.
 pub(super) const GRAIN: f64 = 1.0 / (1_u64 << 34) as f64;
 
-/// What a random stream of a seed is for; each has a number of its own.
+/// What a random stream of a seed is for. Each has its own number.
 #[derive(Clone, Copy)]
 pub(super) enum Stream {
     /// Darts into the whole box.
@@ -29,9 +28,7 @@ pub(super) struct Board {
     pub(super) box_size: f64,
     /// Smallest distance of two centres.
     pub(super) spacing: f64,
-    /// Cells along a side.
     pub(super) cells: usize,
-    /// Side of a cell.
     pub(super) width: f64,
     random: ChaCha8Rng,
 }
@@ -39,13 +36,13 @@ pub(super) struct Board {
 impl Board {
     pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
         let spacing = field.sigma_ob + field.w_ob;
-        // One more than makes the diagonal equal to the spacing.
+        // One more than the number for which the diagonal equals the spacing.
         let mut cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2)).ceil() as usize + 1;
-        // In a box of few cells that may be too many: two cells must be at least as wide as the spacing.
+        // In a small box that may be too many, because two cells must be at least as wide as the spacing.
         if 2.0 * field.box_size / (cells as f64) < spacing {
             cells -= 1;
         }
-        // Numbers of cells are u32. Campaigns with larger boxes are refused before they get here.
+        // Cells are numbered by u32. Campaigns with larger boxes are refused earlier.
         assert!(cells < 1 << 16, "a box of {} is too large for discs {spacing} apart", field.box_size);
         let mut key = [0_u8; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -69,13 +66,12 @@ impl Board {
         ((c / self.box_size * self.cells as f64) as usize).min(self.cells - 1)
     }
 
-    /// Lower corner of a cell.
     pub(super) fn corner(&self, cell: [usize; 2]) -> [f64; 2] {
         cell.map(|c| c as f64 * self.width)
     }
 
-    /// The cell some columns and rows away, and what to add to places in it as seen from here: beyond the edges of the
-    /// box lie its periodic images.
+    /// The cell some columns and rows away, and the shift of its places as seen from here: beyond the edges of the box
+    /// lie its periodic images.
     pub(super) fn beside(&self, cell: [usize; 2], away: [i64; 2]) -> ([usize; 2], [f64; 2]) {
         let n = self.cells as i64;
         let [column, row] = [cell[0] as i64 + away[0], cell[1] as i64 + away[1]];
@@ -99,7 +95,6 @@ pub(super) fn wait(random: &mut ChaCha8Rng) -> f64 {
     -libm::log(1.0 - uniform(random))
 }
 
-/// Squared distance of two places.
 #[inline(always)]
 pub(super) fn squared_distance(from: [f64; 2], to: [f64; 2]) -> f64 {
     let [dx, dy] = [from[0] - to[0], from[1] - to[1]];

@@ -1,6 +1,5 @@
-//! The obstacle arrays that the jobs of a campaign share. Each is made once, and kept while a job still needs it.
-//!
-//! Jobs announce themselves before the first of them starts. Each gets its array when it starts, and releases it at its end.
+//! The obstacle arrays that jobs share. Each is made once, and kept while a job still needs it: jobs announce themselves
+//! before the first of them starts, get their array when they start, and release it at their end.
 
 use crate::parameters::{Job, ObstacleField, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
@@ -9,8 +8,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What names one array: the canonical form of its field, and the seed.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct ArrayKey(String, u64);
+type ArrayKey = (String, u64);
 
 type Slot = Arc<OnceLock<Result<Arc<ObstacleArray>, Failure>>>;
 
@@ -34,18 +32,18 @@ impl ArrayLibrary {
         self.lock().entry(key).or_default().jobs_left += 1;
     }
 
-    /// The array of `field` for the job, made by whoever asks first. The discs of saturated ones are placed later,
-    /// where droplets look.
+    /// The array of `field` for the job, made when the first job asks. The discs of saturated arrays are placed later,
+    /// where droplets come.
     ///
     /// # Errors
     /// Those of [`ObstacleArray::generate`].
     pub(crate) fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
         let slot = key_of(job).map_or_else(Slot::default, |key| self.lock().entry(key).or_default().slot.clone());
-        // Generated outside the lock, so that others wait only for this array.
+        // Generated outside the lock, so that jobs wait only for their own array.
         slot.get_or_init(|| ObstacleArray::generate(field, job.seed).map(Arc::new)).clone()
     }
 
-    /// Lets go of the job's array; the last job to do so frees it.
+    /// Releases the array of the job; the last job frees it.
     pub(crate) fn release(&self, job: &Job) {
         let Some(key) = key_of(job) else { return };
         let mut entries = self.lock();
@@ -57,17 +55,13 @@ impl ArrayLibrary {
         }
     }
 
-    /// The map. A panic of another thread cannot leave it half changed, because every change is one statement.
+    /// The map. A panic of another thread cannot leave it inconsistent, because every change is one statement.
     fn lock(&self) -> MutexGuard<'_, HashMap<ArrayKey, Entry>> {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 fn key_of(job: &Job) -> Option<ArrayKey> {
-    match &job.point.scene {
-        Scene::Obstacles(field) => {
-            Some(ArrayKey(serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
-        }
-        Scene::Channel(_) | Scene::Plate | Scene::Disc(_) => None,
-    }
+    let Scene::Obstacles(field) = &job.point.scene else { return None };
+    Some((serde_json::to_string(field).expect("a field holds only plain numbers"), job.seed))
 }

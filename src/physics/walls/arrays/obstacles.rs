@@ -1,21 +1,17 @@
-//! A periodic box of discs at random places ([C24] 2.4), and what droplets ask it.
+//! A periodic box of discs at random places ([C24] 2.4).
 
 use crate::parameters::{Density, ObstacleField};
-use crate::physics::walls::arrays::board::GRAIN;
-use crate::physics::walls::arrays::packing::pack;
-use crate::physics::walls::arrays::saturated::Saturated;
-use crate::physics::walls::arrays::sorted::Sorted;
-use crate::physics::walls::disc::Disc;
-use crate::physics::walls::wall::Walls;
+use crate::physics::walls::arrays::{board::GRAIN, packing::pack, saturated::Saturated, sorted::Sorted};
+use crate::physics::walls::{disc::Disc, wall::Walls};
 use crate::results::trajectory::{Failure, FailureClass};
 use std::sync::OnceLock;
 
-/// How far from the box centre a gap is looked for, in sigma.
+/// The widest gap is sought within this distance of the box centre, in sigma.
 pub(crate) const SEARCH_RADIUS: f64 = 1.0;
 
-/// Discs in a periodic box, in 17 to 21 bytes a disc once they are placed.
+/// Discs in a periodic box; each takes 17 to 21 bytes once it is placed.
 ///
-/// An array depends on its field and its seed alone, so the same arrays serve every droplet:
+/// An array depends only on its field and its seed, so droplets of all parameters can use the same array:
 ///
 /// ```
 /// use meniscus::parameters::{Density, ObstacleField};
@@ -47,7 +43,6 @@ pub struct ObstacleArray {
     widest_gap: OnceLock<([f64; 2], f64)>,
 }
 
-/// Where the discs lie.
 #[derive(Debug)]
 enum Places {
     Given(Sorted),
@@ -67,7 +62,7 @@ impl Walls for ObstacleArray {
 }
 
 impl ObstacleArray {
-    /// The discs of `field` for `seed`. Those of a saturated array are placed when someone looks, and where.
+    /// The discs of `field` for `seed`. Those of a saturated array are placed later, where they are asked for.
     ///
     /// # Errors
     /// `bad_input` if the box is full before the asked density is reached.
@@ -116,7 +111,7 @@ impl ObstacleArray {
         Self::given(16_384.0, radius, &[[0.0, 0.0]])
     }
 
-    /// Number of discs. To count those of a saturated array, all of it is worked out.
+    /// Number of discs. Counting those of a saturated array computes the whole box.
     pub fn len(&self) -> usize {
         match &self.places {
             Places::Given(sorted) => sorted.len(),
@@ -124,8 +119,7 @@ impl ObstacleArray {
         }
     }
 
-    /// Memory in bytes that its discs take. The tiles of a saturated array that are worked out in part take 32 KB each
-    /// besides.
+    /// Memory of the discs in bytes. Each tile of a saturated array that is computed in part takes 32 KB more.
     pub fn bytes(&self) -> usize {
         match &self.places {
             Places::Given(sorted) => sorted.bytes(),
@@ -133,7 +127,7 @@ impl ObstacleArray {
         }
     }
 
-    /// Whether there is no disc at all.
+    /// Whether there is no disc.
     pub fn is_empty(&self) -> bool {
         match &self.places {
             Places::Given(sorted) => sorted.len() == 0,
@@ -142,7 +136,7 @@ impl ObstacleArray {
     }
 
     /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`. Box and discs are in
-    /// coordinates relative to `origin`. Periodic images are visited too, as discs of the same id.
+    /// coordinates relative to `origin`. Periodic images are visited too, with the same id.
     pub fn for_each_in(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Disc)) {
         let [x_min, x_max, y_min, y_max] = bounds;
         let mut see = |id: u32, at: [f64; 2], shift: [f64; 2]| {
@@ -152,12 +146,12 @@ impl ObstacleArray {
             }
         };
         match &self.places {
-            Places::Given(sorted) => for_each_cell(self.box_size, sorted.cells(), origin, bounds, |cell, shift| {
+            Places::Given(sorted) => for_each_cell(self.box_size, sorted.cells, origin, bounds, |cell, shift| {
                 for (id, at) in sorted.discs(cell) {
                     see(id, at, shift);
                 }
             }),
-            Places::Saturated(discs) => for_each_cell(self.box_size, discs.cells(), origin, bounds, |cell, shift| {
+            Places::Saturated(discs) => for_each_cell(self.box_size, discs.cells, origin, bounds, |cell, shift| {
                 if let Some((id, at)) = discs.disc(cell) {
                     see(id, at, shift);
                 }
@@ -165,7 +159,7 @@ impl ObstacleArray {
         }
     }
 
-    /// Distance from a point to the nearest disc surface, negative inside a disc; `reach` if none is nearer than that.
+    /// Distance from a point to the nearest disc surface, negative inside a disc; at most `reach`.
     pub fn clearance(&self, point: [f64; 2], reach: f64) -> f64 {
         let mut nearest = reach;
         let far = reach + self.radius;
@@ -175,8 +169,8 @@ impl ObstacleArray {
         nearest
     }
 
-    /// The point of largest clearance within 1 sigma of the box centre, and that clearance, cut off at 0.75. Points are
-    /// those of a grid of 0.02 sigma; of several with the same clearance it is the first.
+    /// The point of largest clearance within 1 sigma of the box centre, and that clearance, which is at most 0.75. It is
+    /// sought on a grid of 0.02 sigma; of points with equal clearance the first is taken.
     pub fn widest_gap_near_centre(&self) -> ([f64; 2], f64) {
         *self.widest_gap.get_or_init(|| self.look_for_widest_gap())
     }
@@ -202,9 +196,8 @@ impl ObstacleArray {
     }
 }
 
-/// Calls `visit` with every cell that a box `[x_min, x_max, y_min, y_max]` relative to `origin` meets, of a periodic
-/// grid with this many cells along a side, and with what to add to places in the cell to have them relative to
-/// `origin`.
+/// Calls `visit` with every cell of a periodic grid that overlaps the box `[x_min, x_max, y_min, y_max]` relative to
+/// `origin`, and with the shift that makes places in the cell relative to `origin`.
 fn for_each_cell(
     box_size: f64,
     cells: usize,
@@ -214,7 +207,7 @@ fn for_each_cell(
 ) {
     let width = box_size / cells as f64;
     let n = cells as i64;
-    // Rounding may have put a disc a grain beside its cell.
+    // Because of rounding a disc may lie a grain outside its cell.
     let range = |origin: f64, from: f64, to: f64| {
         let [from, to] = [origin + from - GRAIN, origin + to + GRAIN].map(|c| (c / width).floor() as i64);
         (from..=to).map(move |c| (c.rem_euclid(n) as usize, c.div_euclid(n) as f64))

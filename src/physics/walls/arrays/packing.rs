@@ -1,53 +1,30 @@
 //! A given number of discs by random sequential addition.
 //!
 //! Darts are thrown at the whole box. Those that land further than the spacing from all discs become discs, until there
-//! are enough. Once nine of ten darts miss, which is when the discs, taken as wide as the spacing, cover a third of the
-//! box, [`Growth`] goes on, which throws only where there is room.
+//! are enough. Once nine of ten darts miss, [`Growth`] goes on, which throws only where there is room. Discs as wide as
+//! the spacing then cover a third of the box.
 
 use crate::parameters::ObstacleField;
 use crate::physics::walls::arrays::board::{Board, Stream, place, squared_distance};
 use crate::physics::walls::arrays::growth::Growth;
 
-/// Growth takes over when fewer than one of this many darts hits.
+/// Growth takes over when fewer than one in this many darts hits.
 const DARTS_A_HIT: u64 = 10;
 
-/// Columns and rows from a cell to those of its block, the nearest first: a dart that misses mostly does so because of
-/// a disc next to it.
+/// Columns and rows from a cell to those of its block. The nearest come first, because most darts that miss do so
+/// because of a near disc.
+#[rustfmt::skip]
 const AROUND: [[i64; 2]; 25] = [
-    [0, 0],
-    [1, 0],
-    [-1, 0],
-    [0, 1],
-    [0, -1],
-    [1, 1],
-    [-1, 1],
-    [1, -1],
-    [-1, -1],
-    [2, 0],
-    [-2, 0],
-    [0, 2],
-    [0, -2],
-    [2, 1],
-    [-2, 1],
-    [2, -1],
-    [-2, -1],
-    [1, 2],
-    [-1, 2],
-    [1, -2],
-    [-1, -2],
-    [2, 2],
-    [-2, 2],
-    [2, -2],
-    [-2, -2],
+    [0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, 1], [1, -1], [-1, -1], [2, 0], [-2, 0], [0, 2], [0, -2],
+    [2, 1], [-2, 1], [2, -1], [-2, -1], [1, 2], [-1, 2], [1, -2], [-1, -2], [2, 2], [-2, 2], [2, -2], [-2, -2],
 ];
 
-/// Discs while they are being placed.
 struct Packing {
     board: Board,
     discs: Vec<[f64; 2]>,
     /// The disc in each cell that has one.
     grid: Vec<[f64; 2]>,
-    /// A bit for each cell, set if it holds a disc. Unlike the grid this is small enough for a near cache.
+    /// A bit for each cell, set if it holds a disc. Unlike the grid it is small enough for a fast cache.
     taken: Vec<u64>,
 }
 
@@ -65,14 +42,14 @@ pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64;
 }
 
 impl Packing {
-    /// Throws darts at the whole box until there are `wanted` discs or most darts miss. Frees the grid before Growth
-    /// makes its own.
+    /// Throws darts at the whole box until there are `wanted` discs or most darts miss. Consumes `self`, so that the
+    /// grid is freed before Growth makes its own.
     fn throw(mut self, wanted: usize) -> (Board, Vec<[f64; 2]>) {
         let mut random = self.board.stream(Stream::Box);
         let (mut hits, mut darts) = (0_u64, 0_u64);
         while self.discs.len() < wanted && (darts < 1000 || hits * DARTS_A_HIT > darts) {
             if darts >= 100_000 {
-                // Old darts fade: the share of hits is that of late.
+                // Old darts count less and less, so that the share of hits is a recent one.
                 (hits, darts) = (hits / 2, darts / 2);
             }
             let at = place(&mut random, [0.0; 2], self.board.box_size);
@@ -85,7 +62,7 @@ impl Packing {
         (self.board, self.discs)
     }
 
-    /// Whether no disc comes too near this place.
+    /// Whether no disc is too near to this place.
     fn is_free(&self, at: [f64; 2]) -> bool {
         let square = self.board.spacing * self.board.spacing;
         let n = self.board.cells as i64;
@@ -103,7 +80,6 @@ impl Packing {
         })
     }
 
-    /// The disc in a cell.
     #[inline(always)]
     fn disc(&self, cell: usize) -> Option<[f64; 2]> {
         (self.taken[cell / 64] >> (cell % 64) & 1 == 1).then(|| self.grid[cell])

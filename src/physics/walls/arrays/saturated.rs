@@ -1,36 +1,30 @@
-//! A box of discs that has no room for another, worked out tile by tile when someone looks there.
+//! A saturated box of discs, computed tile by tile where it is read.
 //!
-//! A settled tile is read without a lock. To settle one, a thread takes the lock on [`Growth`], because working out a
-//! tile needs darts beyond its border; others that look for a tile that is not settled wait.
+//! A settled tile is read without a lock. To settle a tile, a thread locks [`Growth`], because that needs darts beyond
+//! the border of the tile. Threads that need another tile that is not settled wait.
 
 use crate::parameters::ObstacleField;
-use crate::physics::walls::arrays::board::Board;
-use crate::physics::walls::arrays::growth::Growth;
 use crate::physics::walls::arrays::tile::{TILE, Tile};
+use crate::physics::walls::arrays::{board::Board, growth::Growth};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// A saturated box.
 #[derive(Debug)]
 pub(super) struct Saturated {
-    cells: usize,
+    /// Cells along a side; each has at most one disc.
+    pub(super) cells: usize,
     /// Tiles along a side.
     across: usize,
     tiles: Box<[OnceLock<Arc<Tile>>]>,
-    /// What works out the tiles, one at a time.
+    /// Computes the tiles, one at a time.
     growth: Mutex<Growth>,
 }
 
 impl Saturated {
     pub(super) fn new(field: &ObstacleField, seed: u64) -> Self {
         let growth = Growth::new(Board::new(field, seed));
-        let (cells, across) = (growth.cells(), growth.across());
+        let [cells, across] = growth.sides();
         let tiles = (0..across * across).map(|_| OnceLock::new()).collect();
         Self { cells, across, tiles, growth: Mutex::new(growth) }
-    }
-
-    /// Cells along a side; none has more than one disc.
-    pub(super) fn cells(&self) -> usize {
-        self.cells
     }
 
     /// Number and place of the disc in a cell.
@@ -40,12 +34,11 @@ impl Saturated {
         tile.disc(column % TILE, row % TILE).map(|at| ((row * self.cells + column) as u32, at))
     }
 
-    /// Number of discs. Works out the whole box.
+    /// Number of discs; computes the whole box.
     pub(super) fn len(&self) -> usize {
         (0..self.tiles.len()).map(|tile| self.tile(tile).len()).sum()
     }
 
-    /// Memory in bytes that the settled tiles take.
     pub(super) fn bytes(&self) -> usize {
         self.tiles.iter().filter_map(OnceLock::get).map(|tile| tile.bytes()).sum()
     }

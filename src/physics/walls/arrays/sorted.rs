@@ -1,14 +1,14 @@
-//! Given discs, sorted by the cell that they lie in, so that those near a place are found at once.
+//! Discs sorted by cell, so that those near a place are found fast.
 
 /// The centres of the discs of a square box.
 #[derive(Debug)]
 pub(super) struct Sorted {
-    /// Cell by cell, row by row.
+    /// The centres, cell by cell and row by row.
     at: Vec<[f64; 2]>,
-    /// Those of cell k are `first[k]..first[k + 1]`.
+    /// The discs of cell k are `first[k]..first[k + 1]`.
     first: Vec<u32>,
     /// Cells along a side.
-    cells: usize,
+    pub(super) cells: usize,
 }
 
 impl Sorted {
@@ -29,11 +29,6 @@ impl Sorted {
         Self { at, first, cells }
     }
 
-    /// Cells along a side.
-    pub(super) fn cells(&self) -> usize {
-        self.cells
-    }
-
     /// Number and place of each disc in a cell.
     #[inline]
     pub(super) fn discs(&self, [column, row]: [usize; 2]) -> impl Iterator<Item = (u32, [f64; 2])> {
@@ -41,12 +36,10 @@ impl Sorted {
         (self.first[k]..self.first[k + 1]).map(|i| (i, self.at[i as usize]))
     }
 
-    /// Number of discs.
     pub(super) fn len(&self) -> usize {
         self.at.len()
     }
 
-    /// Memory in bytes that it takes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.at) + size_of_val(&*self.first)
     }

@@ -1,4 +1,4 @@
-//! What every array promises, however its discs got their places.
+//! What holds for every array, whatever method placed its discs.
 
 use crate::parameters::{Density, ObstacleField};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;

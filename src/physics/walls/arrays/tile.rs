@@ -3,14 +3,14 @@
 /// Cells along a side of a tile.
 pub(super) const TILE: usize = 32;
 
-/// Discs by cell, in 16 bytes a disc and 200 a tile.
+/// Discs by cell; they take 16 bytes per disc and 200 bytes per tile.
 #[derive(Debug)]
 pub(super) struct Tile {
     /// A bit for each cell of a row that holds a disc.
     taken: [u32; TILE],
-    /// How many discs there are in the rows below.
+    /// Number of discs in the rows below each row.
     first: [u16; TILE],
-    /// Row by row, from left to right.
+    /// The centres, row by row from left to right.
     discs: Box<[[f64; 2]]>,
 }
 
@@ -29,7 +29,6 @@ impl Tile {
         Self { taken, first, discs: discs.into() }
     }
 
-    /// The disc in a cell.
     #[inline]
     pub(super) fn disc(&self, column: usize, row: usize) -> Option<[f64; 2]> {
         let (taken, bit) = (self.taken[row], 1 << column);
@@ -37,12 +36,10 @@ impl Tile {
         (taken & bit != 0).then(|| self.discs[before])
     }
 
-    /// Number of discs.
     pub(super) fn len(&self) -> usize {
         self.discs.len()
     }
 
-    /// Memory in bytes that it takes.
     pub(super) fn bytes(&self) -> usize {
         size_of::<Self>() + size_of_val(&*self.discs)
     }

@@ -1,4 +1,4 @@
-//! Cells of a file of frames: where they stand in the text, and the numbers in them.
+//! Cells of a file of frames: their places in the text, and the numbers in them.
 
 use csv::StringRecord;
 use std::ops::Range;
@@ -20,8 +20,8 @@ pub(super) fn line_at(text: &str, at: usize) -> Range<usize> {
     start..start + length
 }
 
-/// The bytes of each cell. The CSV reader knows only where records begin; where quotes hide the cells of a record, each
-/// has the whole line.
+/// The bytes of each cell. The CSV reader knows only where records begin. If a record has quotes, each of its cells is
+/// given the whole line.
 pub(super) fn cells(text: &str, record: &StringRecord) -> Vec<Range<usize>> {
     let line = line(text, record);
     if !text[line.clone()].split(',').eq(record) {
@@ -36,7 +36,7 @@ pub(super) fn cells(text: &str, record: &StringRecord) -> Vec<Range<usize>> {
     record.iter().map(span).collect()
 }
 
-/// The number in a cell, if the column allows it; if not, what is wrong and what to write.
+/// The number in a cell, if the column allows it; otherwise what is wrong, and what to write.
 pub(super) fn number(column: &str, cell: &str) -> Result<f64, (String, &'static str)> {
     if cell.is_empty() {
         return Err(("the cell is empty".to_owned(), "write a number, or take the line out"));

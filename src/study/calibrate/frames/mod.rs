@@ -1,4 +1,4 @@
-//! Frames of an experiment, read from CSV: where the droplet was, how fast, and of what shape.
+//! Frames of an experiment, read from CSV: position, speed and shape of a droplet.
 //!
 //! | column | unit | |
 //! |---|---|---|
@@ -6,9 +6,9 @@
 //! | `v_g` | V_t | speed of the centroid |
 //! | `shape` | | shape parameter `A = perimeter^2/(4 pi a)` |
 //! | `v_g_error`, `shape_error` | as `v_g`, `shape` | one standard error; may be left out |
-//! | `trial` | | which passage the frame belongs to; may be left out where a file holds one |
+//! | `trial` | | the passage that the frame belongs to; may be left out if there is only one |
 //!
-//! All mistakes of a file are reported at once, each under its line.
+//! All mistakes of a file are reported together, each with its line.
 
 mod cells;
 mod read;
@@ -17,10 +17,10 @@ use crate::campaign::file::{Invalid, Problems, line_of};
 use crate::study::calibrate::frames::read::trials;
 use std::path::PathBuf;
 
-/// Names that the header may hold; it must hold the first three.
+/// Names that the header may hold; the first three are required.
 const COLUMNS: [&str; 6] = ["h", "v_g", "shape", "v_g_error", "shape_error", "trial"];
 
-/// How many of [`COLUMNS`] a file must have.
+/// How many of [`COLUMNS`] are required.
 const REQUIRED: usize = 3;
 
 /// Fewest frames of a trial: one more than the parameters that are fitted.
@@ -51,7 +51,6 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Smallest and largest h.
     pub(super) fn range(&self) -> [f64; 2] {
         let ends = |[low, high]: [f64; 2], frame: &Frame| [low.min(frame.h), high.max(frame.h)];
         self.frames.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
@@ -77,29 +76,25 @@ pub enum FramesError {
         /// Line of the first bad byte, from 1.
         line: usize,
     },
-    /// The file was read and has mistakes.
+    /// The file has mistakes.
     #[error("{}", .0.render(false))]
     Invalid(Box<Invalid>),
 }
 
 /// All files of frames that could not be read.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", rendered(.0, false))]
 pub(crate) struct BadFrames(pub(crate) Vec<FramesError>);
 
 impl BadFrames {
-    /// The whole message, in colour if asked.
     pub(crate) fn render(&self, colour: bool) -> String {
-        self.0.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
+        rendered(&self.0, colour)
     }
 }
 
-impl std::fmt::Display for BadFrames {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.render(false))
-    }
+fn rendered(errors: &[FramesError], colour: bool) -> String {
+    errors.iter().map(|error| error.render(colour)).collect::<Vec<_>>().join("\n\n")
 }
-
-impl std::error::Error for BadFrames {}
 
 impl FramesError {
     /// The whole message with source lines, in colour if asked.
@@ -111,8 +106,7 @@ impl FramesError {
     }
 }
 
-/// Reads the bytes of a file of frames; `file` is its name in the errors. Trials come in the order in which they first
-/// appear.
+/// Reads the bytes of a file of frames; `file` is its name in the errors. Trials have the order of their first frames.
 ///
 /// ```
 /// let text = "h,v_g,shape\n-0.5,0.7,1.00\n0.0,0.9,1.10\n0.5,1.1,1.02\n";
@@ -121,7 +115,7 @@ impl FramesError {
 /// ```
 ///
 /// # Errors
-/// If the bytes are not UTF-8, or have mistakes: then all of them, in the order of the file.
+/// If the bytes are not UTF-8; or all mistakes, in the order of the file.
 pub fn parse(file: &str, bytes: impl AsRef<[u8]>) -> Result<Vec<Trial>, FramesError> {
     let bytes = bytes.as_ref();
     let text = std::str::from_utf8(bytes)

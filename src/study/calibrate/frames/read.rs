@@ -1,4 +1,4 @@
-//! From the text of a file of frames to its trials, noting every mistake.
+//! Reads the trials in the text of a file of frames, and notes every mistake.
 
 use crate::campaign::file::{Problems, nearest};
 use crate::study::calibrate::frames::cells::{cells, line, line_at, number};
@@ -7,19 +7,17 @@ use csv::StringRecord;
 use std::collections::HashSet;
 use std::ops::Range;
 
-/// The trials in `text`. They mean nothing if there are mistakes, which go to `problems`.
+/// The trials in `text`. Mistakes go to `problems`; if there are any, the trials are of no use.
 pub(super) fn trials<'t>(text: &'t str, problems: &mut Problems<'t>) -> Vec<Trial> {
     Reading { text, problems }.trials()
 }
 
-/// A text being read, and its mistakes so far.
 struct Reading<'t, 'p> {
     text: &'t str,
     problems: &'p mut Problems<'t>,
 }
 
 impl Reading<'_, '_> {
-    /// Notes a mistake.
     fn wrong(&mut self, at: Range<usize>, column: Option<&str>, message: impl Into<String>, help: &str) {
         let problem = self.problems.note(&at, message.into()).help(help);
         if let Some(column) = column {
@@ -60,7 +58,7 @@ impl Reading<'_, '_> {
         trials
     }
 
-    /// Which of [`COLUMNS`] stands where; `None` if the header has a mistake.
+    /// Which of [`COLUMNS`] each column is; `None` if the header has a mistake.
     fn header(&mut self, record: &StringRecord) -> Option<Vec<usize>> {
         let (spans, mut seen) = (cells(self.text, record), HashSet::new());
         let mut places = Vec::new();
@@ -82,7 +80,7 @@ impl Reading<'_, '_> {
             places.push(place);
         }
         let missing: Vec<&str> = COLUMNS[..REQUIRED].iter().copied().filter(|column| !seen.contains(column)).collect();
-        // A misspelt name is reported once, not as a missing column too.
+        // A misspelt name is not reported again as a missing column.
         if !wrong && !missing.is_empty() {
             let (line, missing) = (line(self.text, record), missing.join("`, `"));
             self.wrong(line, None, format!("no column is named `{missing}`"), &header_help());
@@ -116,7 +114,7 @@ impl Reading<'_, '_> {
         sound.then_some((name, Frame { h, v_g, shape, v_g_error, shape_error }))
     }
 
-    /// Notes trials with fewer frames than the fit of two parameters needs; `last` is the last line.
+    /// Notes trials with too few frames for a fit of two parameters; `last` is the last line.
     fn enough(&mut self, trials: &[Trial], last: Range<usize>) {
         let help = format!("give {FEWEST_FRAMES} frames or more, spread over the passage");
         if trials.is_empty() {
@@ -132,7 +130,6 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// Notes a line that the CSV reader refused.
     fn ragged(&mut self, error: &csv::Error, columns: usize) {
         let at = error.position().map_or(0, |position| position.byte() as usize);
         let message = match error.kind() {

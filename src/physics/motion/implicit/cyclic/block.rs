@@ -4,15 +4,12 @@ use crate::physics::simd::{Instructions, fma};
 use fearless_simd::{f64x8, prelude::*};
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number, or eight of them.
 pub(super) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// `1/x`.
     fn inverse(self) -> Self;
-    /// `x b + c`, for eight numbers rounded only once.
+    /// `x b + c`; for eight numbers it is rounded only once.
     fn times(self, b: Self, c: Self) -> Self;
-    /// Whether it is positive, or each of the eight.
     fn is_positive(self) -> bool;
 }
 
@@ -22,7 +19,7 @@ impl Number for f64 {
         1.0 / self
     }
 
-    // Not `mul_add`: without an instruction for it, that is a slow call.
+    // Not `mul_add`, which is a slow call on machines without the instruction.
     #[inline(always)]
     fn times(self, b: Self, c: Self) -> Self {
         self * b + c
@@ -51,7 +48,6 @@ impl<S: Instructions> Number for f64x8<S> {
     }
 }
 
-/// A 2 x 2 block by rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Block<T> {
     pub(super) xx: T,
@@ -66,7 +62,7 @@ impl<T: Number> Block<T> {
         Self { xy: self.yx, yx: self.xy, ..self }
     }
 
-    /// Less the product `a b`.
+    /// `self - a b`.
     #[inline(always)]
     pub(super) fn less(self, a: Self, b: Self) -> Self {
         let a = -a;
@@ -116,7 +112,6 @@ impl<T: Number> Neg for Block<T> {
     }
 }
 
-/// A symmetric 2 x 2 block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pivot<T> {
     pub(super) xx: T,
@@ -125,7 +120,7 @@ pub(super) struct Pivot<T> {
 }
 
 impl<T: Number> Pivot<T> {
-    /// Less the product `a b`, which must be symmetric.
+    /// `self - a b` for a symmetric product.
     #[inline(always)]
     pub(super) fn less(self, a: Block<T>, b: Block<T>) -> Self {
         let a = -a;

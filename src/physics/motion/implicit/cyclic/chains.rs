@@ -1,16 +1,16 @@
-//! Numbers of eight chains of vertices side by side: vertex `kL + j` in lane k of row j, and back.
+//! Puts the numbers of eight chains of vertices side by side, vertex `kL + j` in lane k of row j, and puts them back.
 //!
-//! Picking eight numbers that lie L apart costs a shuffle for each. Eight rows at once are the transpose of an eight by
-//! eight square, which takes three shuffles a row.
+//! To pick eight numbers that lie L apart takes a shuffle for each number. Eight rows together are the transpose of an
+//! eight by eight square, which takes only three shuffles per row.
 
 use crate::physics::simd::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Eight rows as columns.
+/// The transpose of an eight by eight square.
 #[inline(always)]
 fn transposed<S: Instructions>(rows: [f64x8<S>; LANES]) -> [f64x8<S>; LANES] {
     let mut square = rows;
-    // Each round moves one bit of the row's number to the lane's.
+    // Each round moves one bit of the row number to the lane number.
     for _ in 0..3 {
         let [a, b, c, d, e, f, g, h] = square;
         square = [
@@ -27,12 +27,12 @@ fn transposed<S: Instructions>(rows: [f64x8<S>; LANES]) -> [f64x8<S>; LANES] {
     square
 }
 
-/// Eight numbers that begin on a cache line.
+/// Eight numbers that fill a cache line.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 pub(super) struct Line(pub(super) [f64; LANES]);
 
-/// Up to eight rows, from row `from` on, of numbers by vertex in chains of `length`, into column `column` of `rows`.
+/// Copies numbers by vertex, in chains of `length`, into column `column` of up to eight rows from row `from` on.
 #[inline(always)]
 pub(super) fn side_by_side<S: Instructions, const N: usize>(
     simd: S,
@@ -60,7 +60,7 @@ pub(super) fn side_by_side<S: Instructions, const N: usize>(
     }
 }
 
-/// Column `column` of all rows into numbers by vertex.
+/// Copies column `column` of all rows back into numbers by vertex.
 #[inline(always)]
 pub(super) fn by_vertex<S: Instructions, const N: usize>(
     simd: S,

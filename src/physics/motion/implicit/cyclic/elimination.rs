@@ -1,10 +1,10 @@
-//! The elimination of one vertex, or of eight at once, and the system that it reads.
+//! How one vertex, or eight at once, is eliminated, and the system that is solved.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Number, Pivot};
 use crate::physics::ring::forces::stiffness::Stiffness;
 
-/// One vertex, or eight, eliminated. Right sides are the columns of a block: x and y of `b` in the first, of `g` in the
-/// second.
+/// What the way back needs of an eliminated vertex: G, H and Y of the [module](super). The first column of a right side
+/// belongs to `b`, the second to `g`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row<T> {
     pub(super) ahead: Block<T>,
@@ -12,14 +12,14 @@ pub(super) struct Row<T> {
     pub(super) right: Block<T>,
 }
 
-/// A chain on its way from vertex 0 to vertex h.
+/// The vertex of a chain that is eliminated next.
 #[derive(Clone, Copy)]
 pub(super) struct Front<T> {
-    /// Diagonal block of the vertex that comes next, less what was eliminated.
+    /// Its diagonal block, changed by earlier eliminations.
     pub(super) pivot: Pivot<T>,
-    /// Its right sides.
+    /// Its right sides, changed by earlier eliminations.
     pub(super) right: Block<T>,
-    /// Coupling of vertex 0 to it.
+    /// C, the coupling of vertex 0 to it.
     pub(super) to_zero: Block<T>,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Zero<T> {
 }
 
 impl<T: Number> Front<T> {
-    /// Eliminates its vertex; `edge` couples that to the next one, whose own block and right sides are given.
+    /// Eliminates the vertex. `edge` couples it to the next one, whose diagonal block and right sides are `next`.
     #[inline(always)]
     pub(super) fn eliminate(self, edge: Block<T>, next: (Pivot<T>, Block<T>), zero: &mut Zero<T>) -> (Self, Row<T>) {
         let (inverse, positive) = self.pivot.inverse();
@@ -51,7 +51,6 @@ impl<T: Number> Front<T> {
     }
 }
 
-/// The system as the elimination reads it.
 pub(super) struct System<'a> {
     pub(super) matrix: &'a Stiffness,
     pub(super) b: [&'a [f64]; 2],

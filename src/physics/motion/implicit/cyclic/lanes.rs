@@ -1,8 +1,8 @@
-//! Most of a ring eliminated in eight chains at once, one in each lane.
+//! Eliminates most of a long ring in eight chains at once, one in each lane.
 //!
-//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. What
-//! remains when the chains are eliminated are these eight vertices, and the few left over when 8 does not divide n: a
-//! ring of 8 to 15 vertices of the same kind, in which vertex k stands for `kL`.
+//! Vertices `0, L, 2L ... 7L` with `L = n/8` (rounded down) cut the ring into eight chains of L - 1 vertices. When the
+//! chains are eliminated, these eight vertices remain, and the few left over if 8 does not divide n. They form a ring
+//! of 8 to 15 vertices with a matrix of the same form, in which vertex k stands for `kL`.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Pivot};
 use crate::physics::motion::implicit::cyclic::chains::{Line, by_vertex, side_by_side};
@@ -12,24 +12,22 @@ use crate::physics::ring::forces::stiffness::Stiffness;
 use crate::physics::simd::{Instructions, LANES, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// What is read of eight vertices, one of each chain: their own block, the right sides, and the block that couples them
-/// to the next ones.
+/// What is read of eight vertices, one of each chain: diagonal blocks (3 numbers), right sides (4), and the blocks that
+/// couple them to the next vertices (4).
 type Read = [Line; 11];
 
-/// What is kept of them: blocks `ahead`, `to_zero` and `right`, entry by entry. In the end `right` holds the solution.
+/// The blocks `ahead`, `to_zero` and `right` of eight eliminated vertices. In the end `right` holds the solution.
 type Kept = [Line; 12];
 
 /// The chains of a ring, and the ring that remains of it.
 #[derive(Clone, Debug)]
 pub(super) struct Lanes {
     kept: Vec<Kept>,
-    /// The ring that remains.
     pub(super) matrix: Stiffness,
     /// Its right sides: x and y of b, then of g.
     right: [Vec<f64>; 4],
 }
 
-/// A block from four vectors.
 #[inline(always)]
 fn block<S: Instructions>(simd: S, from: &[Line]) -> Block<f64x8<S>> {
     Block {
@@ -40,7 +38,6 @@ fn block<S: Instructions>(simd: S, from: &[Line]) -> Block<f64x8<S>> {
     }
 }
 
-/// Lane `k` of a vector.
 #[inline(always)]
 fn lane<S: Instructions>(entry: f64x8<S>, k: usize) -> f64 {
     entry.as_slice()[k]
@@ -65,21 +62,20 @@ fn read_rows<S: Instructions>(simd: S, system: &System<'_>, length: usize, from:
     }
 }
 
-/// The blocks and right sides of eight vertices.
+/// The diagonal blocks and right sides of eight vertices.
 #[inline(always)]
 fn vertices<S: Instructions>(simd: S, read: &Read) -> (Pivot<f64x8<S>>, Block<f64x8<S>>) {
     let own = Pivot { xx: load(simd, &read[0].0, 0), xy: load(simd, &read[1].0, 0), yy: load(simd, &read[2].0, 0) };
     (own, block(simd, &read[3..7]))
 }
 
-/// The blocks that couple them to the next ones.
+/// The blocks that couple eight vertices to the next ones.
 #[inline(always)]
 fn edges<S: Instructions>(simd: S, read: &Read) -> Block<f64x8<S>> {
     block(simd, &read[7..11])
 }
 
 impl Lanes {
-    /// Work space for rings of up to `n` vertices.
     pub(super) fn new(n: usize) -> Self {
         let rest = || vec![0.0; 2 * LANES];
         Self {
@@ -89,13 +85,12 @@ impl Lanes {
         }
     }
 
-    /// The system that remains.
     pub(super) fn system(&self) -> System<'_> {
         let [bx, by, gx, gy] = &self.right;
         System { matrix: &self.matrix, b: [bx, by], g: [gx, gy] }
     }
 
-    /// Eliminates the chains of a ring of `n >= 16` vertices; false if it met no positive pivot.
+    /// Eliminates the chains of a ring of `n >= 16` vertices. False if a pivot is not positive.
     #[inline(always)]
     pub(super) fn reduce<S: Instructions>(&mut self, simd: S, system: &System<'_>, n: usize) -> bool {
         let length = n / LANES;
@@ -114,7 +109,7 @@ impl Lanes {
             front = self.eliminate(j - 1, front, edge, vertices(simd, read), &mut first);
             edge = edges(simd, read);
         }
-        // The vertex behind the chain is another's first: what is taken off it is added there.
+        // The vertex behind a chain is the first of the next chain. Its changes are collected here and added there later.
         let zero = f64x8::splat(simd, 0.0);
         let nothing = (Pivot { xx: zero, xy: zero, yy: zero }, Block { xx: zero, xy: zero, yx: zero, yy: zero });
         front = self.eliminate(length - 1, front, edge, nothing, &mut first);
@@ -140,8 +135,8 @@ impl Lanes {
         front
     }
 
-    /// Puts together the ring that remains, from the first vertices of the chains and what was taken off those behind
-    /// them.
+    /// Puts together the ring that remains, from the first vertices of the chains and the changes of the vertices
+    /// behind them.
     #[inline(always)]
     fn remains<S: Instructions>(
         &mut self,
@@ -176,7 +171,7 @@ impl Lanes {
         self.add_behind(behind);
     }
 
-    /// Adds to the first vertices of the chains what was taken off the vertices behind the chains before them.
+    /// Adds the changes of the vertices behind the chains; each is the first vertex of the next chain.
     #[inline(always)]
     fn add_behind<S: Instructions>(&mut self, behind: Front<f64x8<S>>) {
         let m = &mut self.matrix;
@@ -193,7 +188,7 @@ impl Lanes {
         }
     }
 
-    /// The solution of the whole ring from that of the ring that remains, back along the chains; both by vertex.
+    /// The solution of the whole ring, from the solution `rest` of the ring that remains, back along the chains.
     #[inline(always)]
     pub(super) fn substitute<S: Instructions>(
         &mut self,

@@ -9,9 +9,9 @@
 //! D_w -= E^T G,   b_w -= E^T Y,     C <- -C G,     D_0 -= C H,   b_0 -= C Y
 //! ```
 //!
-//! and `x_v = Y - H x_0 - G x_w` on the way back. A short ring is cut into [`two_chains`], a long one first into eight,
-//! which are eliminated in eight [`lanes`] by the same formulas. The term of rank one is dealt with by Sherman and
-//! Morrison: `x = y - z k (g y)/(1 + k g z)` with `B y = b`, `B z = g` solved for together.
+//! and `x_v = Y - H x_0 - G x_w` on the way back. A short ring is cut into [`two_chains`]. A long one is first cut into
+//! eight, which are eliminated in eight [`lanes`] by the same formulas. The term of rank one is handled by the
+//! Sherman-Morrison formula, `x = y - z k (g y)/(1 + k g z)`, where `B y = b` and `B z = g` are solved together.
 
 mod block;
 mod chains;
@@ -29,10 +29,10 @@ use lanes::Lanes;
 use solution::Solution;
 use two_chains::RingSolver;
 
-/// Fewest vertices of a ring that is cut into eight chains.
+/// Rings of at least this many vertices are cut into eight chains.
 const LONG: usize = 4 * LANES;
 
-/// The matrix met no positive pivot: it is not positive definite.
+/// A pivot was not positive, so the matrix is not positive definite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NotPositiveDefinite;
 
@@ -50,7 +50,7 @@ impl CyclicSolver {
         Self { ring: RingSolver::new(n.max(2 * LANES)), lanes: Lanes::new(n), solved: Solution::new(n) }
     }
 
-    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`; entries from `n` on are left alone.
+    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`. Entries from `n` on do not change.
     ///
     /// # Errors
     /// [`NotPositiveDefinite`], with `b` untouched.

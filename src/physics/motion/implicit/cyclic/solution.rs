@@ -1,11 +1,10 @@
-//! The solutions for both right sides, b and g, and the term of rank one that joins them.
+//! The solutions for both right sides, b and g, and the term of rank one that combines them.
 
 use crate::physics::motion::implicit::cyclic::block::Block;
-use crate::physics::simd::aligned::Aligned;
-use crate::physics::simd::{Instructions, LANES, fma, load, store, sum_lanes};
+use crate::physics::simd::{Instructions, LANES, aligned::Aligned, fma, load, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Solutions for b and g: entries of the blocks by vertex.
+/// By vertex: the x and y of the solution for b are `xx` and `yx`, those for g are `xy` and `yy`.
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
     pub(super) xx: Aligned,
@@ -28,7 +27,7 @@ impl Solution {
         self.yy[vertex] = block.yy;
     }
 
-    /// The solution with the term of rank one, into `b`.
+    /// Writes the solution with the term of rank one into `b`.
     #[inline(always)]
     pub(super) fn combine<S: Instructions>(&self, simd: S, n: usize, k: f64, g: [&[f64]; 2], b: [&mut [f64]; 2]) {
         let [bx, by] = b;

@@ -1,12 +1,12 @@
-//! A whole ring eliminated in two chains at once, or what remains of a long one.
+//! Eliminates a short ring, or what remains of a long one, in two chains at once.
 //!
-//! Vertices 0 and `h = n/2` cut the ring into two chains. Both are eliminated from vertex 0 towards `h`, which halves
-//! the latency of the recursion, and substituted back from there.
+//! Vertices 0 and `h = n/2` cut the ring into two chains. Both are eliminated from vertex 0 towards `h` at the same
+//! time, which halves the latency of the recursion. The solution is then substituted back from h.
 
 use crate::physics::motion::implicit::cyclic::block::{Block, Pivot};
 use crate::physics::motion::implicit::cyclic::elimination::{Front, Row, System, Zero};
 
-/// Solves with B alone, for a whole ring or for what remains of a long one.
+/// Solves the systems without the term of rank one.
 #[derive(Clone, Debug)]
 pub(super) struct RingSolver {
     rows: Vec<Row<f64>>,
@@ -18,7 +18,7 @@ impl RingSolver {
         Self { rows: vec![Row::default(); n] }
     }
 
-    /// The rows by vertex, with the solutions for b and g as right sides; none if B is not positive definite.
+    /// The rows by vertex, whose right sides are the solutions for b and g; `None` if B is not positive definite.
     pub(super) fn solve(&mut self, system: &System<'_>) -> Option<&[Row<f64>]> {
         let (n, half) = (system.matrix.n, system.matrix.n / 2);
         let ends = self.eliminate(system, n, half)?;
@@ -48,7 +48,7 @@ impl RingSolver {
             let v = half + 1;
             (down, rows[v]) = down.eliminate(system.edge(half).transposed(), system.vertex(half), &mut zero);
         }
-        // Both fronts now hold vertex h, each with its own chain taken off: add up what they took.
+        // Both fronts now hold vertex h, each changed by its own chain. Add the two changes.
         let (own, right) = system.vertex(half);
         let last = Front {
             pivot: Pivot {

@@ -1,17 +1,13 @@
-//! Second derivatives against central differences of the gradient, term by term.
+//! Compares second derivatives with central differences of the gradient, term by term.
 
 use super::*;
 use crate::parameters::{ContactKind, MASS, regular_edge};
-use crate::physics::ring::forces::area::Area;
 use crate::physics::ring::forces::contact::{Contact, WallContact};
-use crate::physics::ring::forces::drag::Drag;
-use crate::physics::ring::forces::gravity::Gravity;
-use crate::physics::ring::forces::hydrostatic::Hydrostatic;
-use crate::physics::ring::forces::tension::EdgeTension;
+use crate::physics::ring::forces::{
+    area::Area, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, tension::EdgeTension,
+};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
-use crate::physics::walls::plate::Plate;
-use crate::physics::walls::wall::Walls;
-use crate::physics::walls::wedge::ChannelWalls;
+use crate::physics::walls::{plate::Plate, wall::Walls, wedge::ChannelWalls};
 use std::sync::Arc;
 
 const N: usize = 128;
@@ -26,7 +22,7 @@ fn no_walls() -> Box<dyn WallContact> {
     contact(ObstacleArray::from_centres(40.0, 0.15, &[], &[]), ContactKind::Edge, 0.0, DELTA)
 }
 
-/// A ring bent out of shape around `centre`, on no symmetry.
+/// A deformed ring around `centre` without any symmetry.
 fn bent(centre: [f64; 2]) -> Ring {
     let mut ring = Ring::regular(N, [0.0, 0.0], 0.5);
     for i in 0..N {
@@ -38,7 +34,6 @@ fn bent(centre: [f64; 2]) -> Ring {
     ring
 }
 
-/// `ring` with every vertex moved by `h v`.
 fn shifted(ring: &Ring, h: f64, [vx, vy]: [&[f64]; 2]) -> Ring {
     let mut moved = ring.clone();
     for i in 0..N {
@@ -62,7 +57,6 @@ fn times(a: &Stiffness, [vx, vy]: [&[f64]; 2]) -> [Vec<f64>; 2] {
     [x, y]
 }
 
-/// Sum of the products of a field with a direction.
 fn along(field: &Field, [vx, vy]: [&[f64]; 2]) -> f64 {
     (0..N).map(|i| field.x[i] * vx[i] + field.y[i] * vy[i]).sum()
 }
@@ -75,8 +69,8 @@ fn derivatives(effects: &RingEffects, ring: &Ring) -> (Field, Stiffness, Field) 
     (potential.gradient, potential.stiffness, potential.area_gradient)
 }
 
-/// Compares the second derivatives with central differences of step `h` along 20 directions, to `tolerance` of the
-/// largest. `more` adds to the product of matrix and direction what is kept apart from the matrix.
+/// Compares along 20 directions, with differences of step `h`, to `tolerance` times the largest value. `more` adds to
+/// the product of matrix and direction the terms that are kept apart from the matrix.
 fn check(
     effects: &RingEffects,
     ring: &Ring,
@@ -148,7 +142,7 @@ fn area_elasticity_has_the_second_derivatives_it_states() {
 
 #[test]
 fn contact_has_the_second_derivatives_it_states_for_every_shape_and_form() {
-    // Wide capsules overlap by much, so that the turning of the normals counts.
+    // A large delta gives deep overlaps, at which the turning of the normals matters.
     fn touching<W: Walls>(walls: impl Fn() -> W, ring: &Ring) {
         for kind in [ContactKind::Edge, ContactKind::Vertex] {
             check_stiffness(EdgeTension::NONE, NO_AREA, contact(walls(), kind, 10.0, 0.1), ring);
@@ -182,7 +176,7 @@ fn hydrostatic_gravity_has_the_second_derivatives_it_states_but_for_changes_of_t
     };
     effects.walls.moved(f64::INFINITY, &ring);
     let (area, _) = ring.area_and_perimeter();
-    // The whole is the matrix less (g grad a^T + grad a g^T)/a, g the gradient of the energy.
+    // The full second derivative is the matrix minus (g grad a^T + grad a g^T)/a, with g the gradient of the energy.
     check(&effects, &ring, 1e-6, 1e-6, |g, a, v, [ax, ay]| {
         let (of_g, of_a) = (along(g, v), along(a, v));
         for i in 0..N {

@@ -1,15 +1,15 @@
-//! Second derivatives of `(k_w/2) o^2`, o the overlap: `k_w (do do + o d^2 o)`, and `do = -n.w` with
-//! `w = (1 - q) da + q db` the shift of the material point that touches.
+//! Second derivatives of the energy `(k_w/2) o^2` of an overlap o: `k_w (do do + o d^2 o)`. Here `do = -n.w`, where
+//! `w = (1 - q) da + q db` is the displacement of the material point that touches.
 //!
-//! Where a vertex touches, the normal turns with it: with t normal to n and c the curvature, `d^2 o = -c (t.w)^2`.
-//! Where the inside of an edge e touches, the nearest point also moves along it, to the minimum over q of
+//! If a vertex touches, the normal turns as it moves: `d^2 o = -c (t.w)^2`, with c the curvature and t perpendicular to
+//! n. If an inner point of an edge e touches, it also moves along the edge, to the minimum over q of
 //! `d(q) + beta (q - 1/2)^2`:
 //!
 //! ```text
 //! d^2 o = -c (t.w)^2 + g [n.de + c (t.e) (t.w)]^2,     g = 1/[c (t.e)^2 + 2 beta]
 //! ```
 //!
-//! At a disc beta = 0, at a face c = 0.
+//! A disc has beta = 0, a face has c = 0.
 
 use crate::physics::ring::forces::stiffness::EdgeBlocks;
 use crate::physics::walls::wall::{Edges, Touch};
@@ -27,18 +27,18 @@ pub(super) fn second_derivatives<S: Simd>(
 ) -> EdgeBlocks<S> {
     let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
     let Touch { q, overlap, nx, ny } = touch;
-    // An edge that is held pulls, but does not slide as one that pushes would.
+    // An edge that is held pulls, but it does not slide as an edge that is pushed.
     let stiffness = overlap.simd_eq(zero).select(zero, k_w);
     let push = stiffness * overlap.max(zero);
     let p = one - q;
-    // t.e, and the second derivative in q, which holds the nearest point where it is.
+    // t.e, and the second derivative in q.
     let along = nx * edges.ey - ny * edges.ex;
     let hold = curvature * along * along + 2.0 * beta;
     let inside = (p * q * hold).simd_gt(zero);
     let g = inside.select(one / hold.max(f64x8::splat(simd, 1e-300)), zero);
     let widen = push * g;
     let slide = push * curvature * (one - curvature * along * along * g);
-    // No closures here: code that is not inlined for sure has no vector instructions of its own.
+    // No closures here: code that may not be inlined is compiled without vector instructions.
     let (nxx, nxy, nyy) = (nx * nx, nx * ny, ny * ny);
     let (m0, m1, m2) = (stiffness * nxx - slide * nyy, stiffness * nxy + slide * nxy, stiffness * nyy - slide * nxx);
     let (e0, e1, e2) = (widen * nxx, widen * nxy, widen * nyy);

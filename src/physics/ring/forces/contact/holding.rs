@@ -1,17 +1,15 @@
 //! Contacts that pull for a while, for the implicit integrator.
 //!
-//! Newton's method goes to and fro where an edge touches in one iteration and not in the next. So an edge that was
-//! pushed when the last step ended can be held: within [`HELD_WITHIN`] of losing touch its spring goes on acting, then
-//! as a pull.
+//! Newton's method alternates where an edge touches in one iteration and not in the next. So an edge that was pushed
+//! when the last time step ended can be held: while it is within [`HELD_WITHIN`] of touching, its spring pulls.
 
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::contact::stretches::edges_at;
+use crate::physics::ring::forces::contact::{Contact, stretches::edges_at};
 use crate::physics::simd::{LANES, load, store};
 use crate::physics::walls::wall::{Edges, ObstacleQueries, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};
 
-/// How far from a wall an edge is still held, in sigma.
+/// Largest distance from touching at which an edge is held, in sigma.
 const HELD_WITHIN: f64 = 1e-4;
 
 impl<W: Walls> Contact<W> {
@@ -42,7 +40,7 @@ impl<W: Walls> Contact<W> {
         Some(Touch { overlap: held.select(overlap, overlap.max(zero)), ..touch })
     }
 
-    /// Whether an edge that was pushed touches no longer, though it is near enough to be held.
+    /// Whether an edge that was pushed no longer touches, but is near enough to be held.
     #[inline(always)]
     pub(super) fn has_lost<S: ObstacleQueries>(&self, simd: S, ring: &Ring) -> bool {
         for stretch in &self.stretches.items {
@@ -58,7 +56,7 @@ impl<W: Walls> Contact<W> {
         false
     }
 
-    /// Notes what each edge is pushed with.
+    /// Stores the force with which each edge is pushed.
     #[inline(always)]
     pub(super) fn note_pushes<S: ObstacleQueries>(&mut self, simd: S, ring: &Ring) {
         self.pushes.fill(0.0);

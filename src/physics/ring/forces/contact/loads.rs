@@ -1,8 +1,7 @@
-//! What the contacts amount to at one instant: energy, deepest overlap, and the load that each obstacle carries.
+//! The contacts at one instant: energy, deepest overlap, and the load that each obstacle carries.
 
 use crate::physics::ring::Ring;
-use crate::physics::ring::forces::contact::Contact;
-use crate::physics::ring::forces::contact::stretches::edges_at;
+use crate::physics::ring::forces::contact::{Contact, stretches::edges_at};
 use crate::physics::simd::LANES;
 use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Walls};
 use fearless_simd::Fallback;
@@ -10,29 +9,28 @@ use fearless_simd::Fallback;
 /// The load that one obstacle carries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// Which obstacle.
+    /// Number of the obstacle.
     pub id: u32,
-    /// Where it acts on average, in local coordinates.
+    /// Mean point of contact, weighted by the force, in local coordinates.
     pub at: [f64; 2],
     /// Force on the droplet.
     pub force: [f64; 2],
-    /// Length of the ring in contact, as the angle in radians by which the normal turns along it.
+    /// Angle by which the normal turns along the contact, in radians.
     pub turn: f64,
 }
 
-/// What the contacts amount to at one instant.
+/// The contacts at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactState {
-    /// Energy.
+    /// Their energy.
     pub energy: f64,
     /// Deepest overlap `delta/2 - d`, in sigma.
     pub overlap: f64,
-    /// Loads, by the order of the obstacles.
+    /// Loads, by the number of the obstacle.
     pub loads: Vec<Load>,
 }
 
 impl<W: Walls> Contact<W> {
-    /// Energy, overlap and loads at the present positions.
     pub(super) fn state_at(&self, ring: &Ring) -> ContactState {
         let simd = Fallback::new();
         let mut state = ContactState::default();
@@ -61,8 +59,8 @@ impl<W: Walls> Contact<W> {
     }
 }
 
-/// Adds the push of one edge to the load of obstacle `id`. Until the load is finished, `at` is a sum with the pushes as
-/// weights, and `turn` the sum of the pushes.
+/// Adds the push of one edge to the load of obstacle `id`. Until [`finish_load`], `at` is the sum of places times
+/// pushes, and `turn` is the sum of the pushes.
 fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
     if loads.last().is_none_or(|load| load.id != id) {
         loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
@@ -76,8 +74,8 @@ fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push
     }
 }
 
-/// Divides the sums by the total push. The normals of a wide contact cancel in part: for normals spread evenly over an
-/// angle `turn`, `|force| = push sin(turn/2)/(turn/2)`, which is solved for the angle by halving.
+/// Divides the sums by the total push, and finds the angle. Pushes along a contact whose normals spread evenly over an
+/// angle `turn` cancel in part, `|force| = push sin(turn/2)/(turn/2)`, which is solved by bisection.
 fn finish_load(load: &mut Load) {
     let push = load.turn;
     load.at = load.at.map(|sum| sum / push);

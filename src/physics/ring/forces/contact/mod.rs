@@ -1,19 +1,12 @@
 //! Contact of the ring with walls: `U = sum (k_w/2)(delta/2 - d)^2` where `d < delta/2` ([C24] eq. 3).
 //!
-//! By default the sum is over edges. There `d` is the distance from the nearest point of the edge to the surface,
-//! negative inside it. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices
-//! as `1 - q` to `q`. The literal form of the paper sums over vertices.
+//! By default the sum is over edges, and `d` is the distance from the surface to the nearest point of the edge, negative
+//! inside the wall. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices as
+//! `1 - q` to `q`. The literal form of the paper sums over vertices.
 //!
-//! Only stretches of the ring with a wall near are looked at (`stretches`), and while there are none the effect is left
-//! out of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
-//! depends on when the list was made.
-//!
-//! | module | idea |
-//! |---|---|
-//! | `stretches` | which edges an obstacle may touch |
-//! | `loads` | energy, deepest overlap, and what each obstacle carries |
-//! | `curvature` | second derivatives, for the implicit integrator |
-//! | `holding` | contacts that pull for a while, for the implicit integrator |
+//! Only stretches of the ring that are near a wall are examined (`stretches`); if there are none, the effect is left out
+//! of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
+//! depends on when the list of stretches was made.
 
 mod curvature;
 mod holding;
@@ -24,11 +17,9 @@ pub use loads::{ContactState, Load};
 
 use crate::on_instruction_set;
 use crate::parameters::ContactKind;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
 use crate::physics::ring::forces::stiffness::{Parts, Stiffness};
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{LANES, load, padded, store};
+use crate::physics::ring::{Ring, forces::RingForce};
+use crate::physics::simd::{InstructionSet, LANES, load, padded, store};
 use crate::physics::walls::neighbours::Neighbours;
 use crate::physics::walls::wall::{Obstacle, ObstacleQueries, Touch, Walls};
 use fearless_simd::{f64x8, prelude::*};
@@ -43,11 +34,11 @@ pub trait WallContact: RingForce {
     /// Energy, overlap and loads at the present positions.
     fn state(&self, ring: &Ring) -> ContactState;
 
-    /// Where an obstacle lies inside the ring, if one does, in local coordinates.
+    /// Position of an obstacle inside the ring, if there is one, in local coordinates.
     fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]>;
 }
 
-/// The contact effect and its list of near walls.
+/// Contact of a ring with walls.
 #[derive(Clone, Debug)]
 pub struct Contact<W: Walls> {
     walls: Arc<W>,
@@ -59,9 +50,9 @@ pub struct Contact<W: Walls> {
     stretches: Neighbours<Stretch<W::Obstacle>>,
     /// 1 where edges touch, 0 where vertices do.
     share: f64,
-    /// What each edge was pushed with at the end of the last implicit step.
+    /// The force with which each edge was pushed at the end of the last implicit step.
     pushes: Vec<f64>,
-    /// Whether those edges are held.
+    /// Whether edges that were pushed are held.
     holds: bool,
 }
 
@@ -103,7 +94,7 @@ impl<W: Walls> Contact<W> {
                 {
                     let push = load(simd, &self.stiffness, i) * overlap;
                     let (fx, fy) = (push * nx, push * ny);
-                    // An edge that stands for its first vertex leaves nothing to the second.
+                    // Where vertices touch, the second vertex of an edge gets no force.
                     add_shared(simd, ring, i, q * self.share, fx, fy);
                 }
                 i += LANES;
@@ -179,8 +170,8 @@ impl<W: Walls> RingForce for Contact<W> {
         self.holds = false;
     }
 
-    /// The pushes at the end of the last implicit step, nothing if there were none. Made again from the positions their
-    /// last bits could differ, since the origin may have moved.
+    /// The pushes at the end of the last implicit step; empty if there were none. Computed again from the positions,
+    /// their last bits could differ, because the origin may have moved.
     fn memory(&self) -> Vec<f64> {
         if self.pushes.iter().any(|push| *push != 0.0) { self.pushes.clone() } else { Vec::new() }
     }

@@ -1,7 +1,7 @@
 //! Which stretches of the ring an obstacle may touch.
 //!
-//! A stretch is a run of blocks of eight edges, one of which at least comes near the obstacle. Where an edge comes
-//! within reach plus skin, its whole block is listed.
+//! A stretch consists of consecutive blocks of eight edges. A block is listed if one of its edges comes within reach
+//! plus skin of the obstacle.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
@@ -11,27 +11,27 @@ use crate::physics::walls::neighbours::obstacles_near;
 use crate::physics::walls::wall::{Edges, ObstacleQueries, Walls};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Edges of the ring that an obstacle may touch before the list is made again.
+/// Consecutive edges of the ring that an obstacle may touch before the list is made again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch<T> {
     pub(super) obstacle: T,
     /// First edge, a multiple of eight.
     pub(super) start: usize,
-    /// End, a multiple of eight.
+    /// One past the last edge, a multiple of eight.
     pub(super) end: usize,
 }
 
-/// The eight edges from edge `i` on, their vectors times `share`. It is 1 where edges touch. It is 0 where vertices
-/// alone do, because an edge of no length stands for its first vertex.
+/// The eight edges from edge `i` on, with their vectors times `share`. That is 1 if edges touch, and 0 if only vertices
+/// do: an edge without length is its first vertex.
 #[inline(always)]
 pub(super) fn edges_at<S: Simd>(simd: S, ring: &Ring, i: usize, share: f64) -> Edges<S> {
-    // The ring's own edge vectors are still those of the step before when the list is made.
+    // Not the ring's own edge vectors: when the list is made, these are still those of the step before.
     let (x, y) = (load(simd, &ring.x, i), load(simd, &ring.y, i));
     Edges { x, y, ex: (load(simd, &ring.x, i + 1) - x) * share, ey: (load(simd, &ring.y, i + 1) - y) * share }
 }
 
 impl<W: Walls> Contact<W> {
-    /// Makes the list of stretches again, in the order of the obstacles' ids.
+    /// Makes the list of stretches, in the order of the obstacles' ids.
     #[inline(never)]
     pub(super) fn list(&mut self, ring: &Ring) {
         self.stretches.renew(ring.origin);

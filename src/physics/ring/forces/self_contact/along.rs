@@ -1,27 +1,26 @@
-//! How far apart along the ring vertices and edges lie, eight vertices at a time.
+//! Whether vertices and edges lie apart along the ring, eight vertices at a time.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
 use crate::physics::simd::{load, padded};
 use fearless_simd::{f64x8, mask64x8, prelude::*};
 
-/// Places of the vertices along the ring.
+/// Positions of the vertices along the ring.
 #[derive(Clone, Debug)]
 pub(super) struct Along {
-    /// Number of each vertex; NaN in the padding, which is apart from nothing.
+    /// Number of each vertex; NaN in the padding, which is never apart from an edge.
     number: Vec<f64>,
-    /// Way of each vertex along the ring from vertex 0, when it was last measured.
+    /// Way along the ring from vertex 0 to each vertex, when it was last measured.
     pub(super) way: Vec<f64>,
-    /// The same once round.
     pub(super) whole_way: f64,
-    /// A longer way than this between them keeps a vertex and an edge apart.
+    /// A vertex and an edge lie apart if the way between them is longer than this.
     least_way: f64,
-    /// So does a larger difference of their numbers than this, if there is one.
+    /// If set, they also lie apart if their numbers differ by more than this.
     most_places: Option<f64>,
 }
 
 impl Along {
-    /// Of a ring of `n` vertices, its ways not yet measured.
+    /// For a ring of `n` vertices; its ways are not yet measured.
     pub(super) fn new(n: usize, delta: f64, apart: Apart) -> Self {
         let number = |i: usize| if i < n { i as f64 } else { f64::NAN };
         Self {
@@ -33,7 +32,6 @@ impl Along {
         }
     }
 
-    /// Measures the ways along the ring.
     pub(super) fn measure(&mut self, ring: &Ring) {
         let mut way = 0.0;
         for i in 0..ring.n {
@@ -44,8 +42,8 @@ impl Along {
         self.whole_way = way;
     }
 
-    /// Which of the eight vertices from `vertices` on lie apart from edge `j` of a ring of `n`: from both of its ends,
-    /// because a vertex next to either is a neighbour, however long the edge is.
+    /// Which of the eight vertices from `vertices` on lie apart from edge `j` of a ring of `n` vertices. They must lie
+    /// apart from both of its ends, because a vertex next to either end is a neighbour, however long the edge is.
     #[inline(always)]
     pub(super) fn apart<S: Simd>(&self, simd: S, vertices: usize, j: usize, n: usize) -> mask64x8<S> {
         let next = if j + 1 == n { 0 } else { j + 1 };
@@ -60,8 +58,8 @@ impl Along {
     }
 }
 
-/// Which of eight places along a ring, `round` long, lie farther than `least` from another.
-// No closure: code that is not inlined for sure has no vector instructions of its own.
+/// Which of eight places along a ring lie farther than `least` from the place `from`; once round the ring is `round`.
+// No closure: code that may not be inlined is compiled without vector instructions.
 #[inline(always)]
 fn farther<S: Simd>(simd: S, places: f64x8<S>, from: f64, round: f64, least: f64) -> mask64x8<S> {
     let between = (places - from).abs();

@@ -1,8 +1,8 @@
-//! When two parts of a ring lie apart along it, so that they can touch, and when they are neighbours.
+//! When two parts of a ring lie apart along it, so that they repel each other, and when they are neighbours.
 //!
-//! Two parts of a fold are far apart along the ring: the way between them is long. In a pile, where gravity has driven
-//! many vertices together, the way between any two is short, though there are many vertices between them. Which of the
-//! two matters depends on the tension and the gravity of a droplet ([`Apart::of`]).
+//! In a *fold* the way along the ring between two parts that meet is long. In a *pile*, where gravity has driven many
+//! vertices together, that way is short, although there are many vertices between the two parts. Whether piles occur
+//! depends on the tension and the gravity of a droplet ([`Apart::of`]).
 
 use crate::parameters::{Deformable, GravityForm, MASS, regular_edge};
 use std::f64::consts::PI;
@@ -10,18 +10,17 @@ use std::f64::consts::PI;
 /// How two parts of a ring are told to lie apart along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Apart {
-    /// They do if the way between them is longer than [`WAY`] times delta; what is closer is a bend. Vertices may crowd
-    /// as they like.
+    /// If the way between them is longer than [`WAY`] times delta. Vertices of a pile do not repel each other.
     Way,
-    /// They do if that is so or if there are more vertices between them than [`places_within`]. Vertices that gravity
+    /// If the way is as long, or if there are more vertices between them than [`places_within`]. Vertices that gravity
     /// drives down the interface then stand on each other instead of passing through one another.
     Places,
 }
 
 impl Apart {
-    /// By places where vertices pile up, which they do where the tension of a long edge is too weak to hold up the
-    /// vertices below it. In a round droplet each flank bears a weight of `M/pi`. By the way everywhere else, because a
-    /// droplet at rest crowds its vertices a little, and every crowd would cost a hundred pairs.
+    /// By places if vertices pile up. That happens if the tension of a long edge is too weak to hold the vertices below
+    /// it; each flank of a round droplet bears a weight of `M/pi`. Other droplets crowd their vertices a little when at
+    /// rest, and each crowd would cost a hundred pairs, so for them the way decides.
     pub(crate) fn of(ring: &Deformable) -> Self {
         let long = match ring.gravity {
             GravityForm::Vertex => LONG,
@@ -34,8 +33,8 @@ impl Apart {
         if tension < MASS / PI { Self::Places } else { Self::Way }
     }
 
-    /// Sum of the movements of two vertices after which a list of pairs may miss one. As long as it is less than
-    /// `(WAY - 1) delta`, bends of a round ring are not listed.
+    /// Skin of the list of pairs, for the sum of the movements of two vertices. If it is less than `(WAY - 1) delta`,
+    /// bends of a round ring are not listed.
     pub(super) fn skin(self, delta: f64) -> f64 {
         match self {
             Self::Way => 0.02,
@@ -43,10 +42,10 @@ impl Apart {
         }
     }
 
-    /// Stiffness k times the number of vertices. In a pile a few long edges may carry the weight of the droplet, which
-    /// must not push them through one another. At N_v = 256 one contact of 4e4 bears a force of 1.9 before it gives
-    /// way, more than twice that weight. 1e5 would cost five times as much, and a droplet of kappa = 1e-4 that pinches
-    /// off a lobe crosses itself all the same.
+    /// Stiffness k times the number of vertices. In a pile a few contacts may carry the weight of the droplet, and must
+    /// not give way. At N_v = 256 and 4e4 one contact bears a force of 1.9, more than twice that weight. With 1e5 a
+    /// simulation would take five times as long, and a droplet of kappa = 1e-4 that pinches off a lobe would still cross
+    /// itself.
     pub(crate) const fn total_stiffness(self) -> f64 {
         match self {
             Self::Way => 1e4,
@@ -55,17 +54,17 @@ impl Apart {
     }
 }
 
-/// Length of an edge, in units of l0, at which the tension must bear the weight of a flank. With 8 instead of 3 the
-/// rule would end at Gamma = 0.031 for kappa = 1/pi. Of 60 droplets at Gamma = 0.0316 the tail of 14 then crossed
-/// itself when it was drawn back over an obstacle; at 0.1 none of 60 did.
+/// Length of an edge, in units of l0, at which the tension must bear the weight of a flank. With 8 instead of 3, piles
+/// would be expected only below Gamma = 0.031 for kappa = 1/pi. At Gamma = 0.0316, 14 of 60 droplets then crossed
+/// themselves when their tail was drawn over an obstacle; at 0.1 none of 60 did.
 const LONG: f64 = 3.0;
 
-/// Shortest way along the ring between two parts that can touch, in units of delta. Round a hairpin that is delta wide
-/// it is pi/2.
+/// Shortest way along the ring between two parts that repel each other, in units of delta. For comparison: the way round
+/// a hairpin that is delta wide is pi/2.
 pub(super) const WAY: f64 = 3.0;
 
-/// How many places along a ring of `n` vertices at rest lie within `pi delta`. A loop of that length is too small to
-/// hold a vertex.
+/// Number of edges at rest, of a ring of `n` vertices, within a way of `pi delta`. A loop of that length is too small
+/// to hold a vertex.
 pub(super) fn places_within(n: usize, delta: f64) -> usize {
     ((PI * delta / regular_edge(n)) as usize).max(1)
 }

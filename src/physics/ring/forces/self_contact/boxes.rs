@@ -1,9 +1,8 @@
-//! Boxes around blocks of eight edges, `[x_min, x_max, y_min, y_max]`: what lies in boxes far apart need not be compared.
+//! Boxes around blocks of eight edges, `[x_min, x_max, y_min, y_max]`. Edges in boxes far apart need not be compared.
 
 use crate::physics::ring::Ring;
 use crate::physics::simd::{LANES, padded};
 
-/// The boxes of all blocks.
 pub(super) fn block_boxes(ring: &Ring) -> Vec<[f64; 4]> {
     let ends = |v: &[f64]| v.iter().fold([f64::MAX, f64::MIN], |[lo, hi], &c| [lo.min(c), hi.max(c)]);
     let block_box = |start: usize| {

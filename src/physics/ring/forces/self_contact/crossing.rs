@@ -1,7 +1,7 @@
 //! Whether a ring crosses itself, which no droplet does.
 //!
-//! Edges are looked at in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block and the
-//! next one, or a block and itself, if all their edges lead the same way. What is left is compared edge by edge.
+//! Edges are examined in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block cross itself
+//! or the next block if all their edges lead in the same direction. The remaining blocks are compared edge by edge.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
@@ -9,7 +9,7 @@ use crate::physics::ring::forces::self_contact::boxes::{block_boxes, lie_apart};
 use crate::physics::simd::LANES;
 use std::ops::Range;
 
-/// Whether two edges of the ring cross, other than those that `apart` takes for neighbours in a pile.
+/// Whether two edges of the ring cross. Edges that `apart` takes for neighbours in a pile may cross.
 pub(crate) fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     let boxes = block_boxes(ring);
     let pile = match apart {
@@ -24,7 +24,6 @@ pub(crate) fn crosses(ring: &Ring, delta: f64, apart: Apart) -> bool {
     })
 }
 
-/// The edges of a block.
 fn block(ring: &Ring, k: usize) -> Range<usize> {
     k * LANES..((k + 1) * LANES).min(ring.n)
 }
@@ -34,8 +33,7 @@ fn edge(ring: &Ring, i: usize) -> [f64; 4] {
     [ring.x[i], ring.y[i], ring.x[i + 1], ring.y[i + 1]]
 }
 
-/// Whether all edges of the blocks from `a` to `b` lead forwards along the straight line from the first vertex to the
-/// last.
+/// Whether all edges of the blocks from `a` to `b` lead forwards along the line from the first vertex to the last.
 fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
     let [start, end] = [block(ring, a).start, block(ring, b).end];
     let (wx, wy) = (ring.x[end] - ring.x[start], ring.y[end] - ring.y[start]);
@@ -45,12 +43,12 @@ fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
     })
 }
 
-/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may, and an edge and
-/// the next one cannot.
+/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may cross, and an edge
+/// cannot cross the next one.
 fn blocks_cross(ring: &Ring, a: usize, b: usize, pile: usize, delta: f64) -> bool {
     block(ring, a).any(|i| {
         let within = |j: usize, places: usize| j <= i + places || i + ring.n - j <= places;
-        // Long edges are no pile.
+        // Long edges form no pile.
         let is_short = |j: usize| {
             let ([a, b, ..], [c, d, ..]) = (edge(ring, i), edge(ring, j));
             (c - a).abs().max((d - b).abs()) < WAY * delta

@@ -1,22 +1,14 @@
 //! The ring repels itself where it folds back: `U = sum (k/2)(delta - d)^2` over vertices and edges that lie apart
 //! along the ring and closer than `delta` in the plane.
 //!
-//! `d` is the distance of a vertex from its nearest point on an edge. Vertices against edges miss nothing: in the
-//! plane, two edges that do not cross are nearest at an end of one of them. There are two ways to tell what lies apart
-//! along the ring, see `apart`. They agree about folds, but not about piles of vertices.
+//! `d` is the distance of a vertex from an edge. This covers edges against edges too: two edges in the plane that do not
+//! cross are nearest at an end of one of them. `apart` has two rules for what lies apart along the ring, which differ
+//! for piles of vertices.
 //!
-//! Eight vertices are paired with each edge that comes close to one of them. Where nothing comes close there is no
-//! pair, and the effect only costs a look at the boxes around blocks of edges, whenever the droplet has deformed by the
-//! skin. The ways along the ring are measured when the list is made, so the results depend on when that was, and the
-//! list is part of the droplet's saved state.
-//!
-//! | module | idea |
-//! |---|---|
-//! | `apart` | which rule applies, and how stiff the contact is |
-//! | `along` | the rule itself, eight vertices at a time |
-//! | `boxes` | boxes around blocks of edges |
-//! | `pairs` | the list of what may touch |
-//! | `crossing` | whether a ring crosses itself |
+//! Blocks of eight vertices are paired with each edge that comes close to one of them. The list of pairs is made again
+//! whenever the droplet has deformed by the skin. A ring without folds has no pairs, and costs only a comparison of
+//! the boxes around its blocks at these times. The ways along the ring are measured when the list is made. So the results
+//! depend on when that was, and the list is part of the droplet's saved state.
 
 mod along;
 pub(crate) mod apart;
@@ -27,17 +19,14 @@ mod pairs;
 pub(crate) use crossing::crosses;
 
 use crate::on_instruction_set;
-use crate::physics::ring::Ring;
-use crate::physics::ring::forces::RingForce;
-use crate::physics::simd::InstructionSet;
-use crate::physics::simd::{LANES, load, store, sum_lanes};
+use crate::physics::ring::{Ring, forces::RingForce};
+use crate::physics::simd::{InstructionSet, LANES, load, store, sum_lanes};
 use crate::physics::walls::neighbours::Neighbours;
 use along::Along;
 use apart::Apart;
 use fearless_simd::{Fallback, f64x8, prelude::*};
 use pairs::{Listed, Pair};
 
-/// The self-contact effect and its list of pairs.
 #[derive(Clone, Debug)]
 pub(crate) struct SelfContact {
     instruction_set: InstructionSet,
@@ -50,7 +39,7 @@ pub(crate) struct SelfContact {
 }
 
 impl SelfContact {
-    /// Repulsion of total stiffness `N_v k` within `delta`.
+    /// Repulsion within `delta`; the total stiffness is `N_v k`.
     pub(crate) fn new(
         n_vertices: usize,
         total_stiffness: f64,
@@ -68,8 +57,8 @@ impl SelfContact {
         }
     }
 
-    /// Overlap of eight vertices with edge `j` within `reach`: how deep, where on the edge, and the unit normal from
-    /// edge to vertex.
+    /// How eight vertices overlap with edge `j` within `reach`: the overlap, the place q on the edge, and the unit
+    /// normal from edge to vertex. `None` if they do not.
     #[inline(always)]
     fn overlap<S: Simd>(&self, simd: S, ring: &Ring, vertices: usize, j: usize, reach: f64) -> Option<[f64x8<S>; 4]> {
         let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
@@ -80,7 +69,6 @@ impl SelfContact {
         let (px, py) = (rx - q * ex, ry - q * ey);
         let squared = px * px + py * py;
         let near = squared.simd_lt(f64x8::splat(simd, reach * reach));
-        // Most pairs of the list are not so near at the moment.
         if !near.any_true() {
             return None;
         }
@@ -115,12 +103,12 @@ impl SelfContact {
 
 impl RingForce for SelfContact {
     fn moved(&mut self, distance: f64, ring: &Ring) {
-        // A vertex and an edge may move towards one another. Pairs are told by numbers, so the origin does not matter.
+        // Twice, because a vertex and an edge may move towards each other. Pairs hold numbers, so the origin does not matter.
         if !self.near.skin.moved(2.0 * distance) {
             return;
         }
-        // What counts is the ring's deformation: a droplet that falls as a whole needs no new list.
-        let skin = self.near.skin.width();
+        // Only deformation counts: a droplet that falls without deforming needs no new list.
+        let skin = self.near.skin.width;
         let left = skin - self.listed.deformation(ring);
         if left > 0.1 * skin { self.near.skin.left = left } else { self.list(ring) }
     }
@@ -129,7 +117,7 @@ impl RingForce for SelfContact {
         !self.near.items.is_empty()
     }
 
-    /// The whole list, with the ways along the ring as they were when it was made.
+    /// The list of pairs, the skin that is left, and the ways and places of the vertices when the list was made.
     fn memory(&self) -> Vec<f64> {
         let Self { near, listed, along, .. } = self;
         let n = listed.x.len();

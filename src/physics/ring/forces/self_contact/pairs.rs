@@ -1,4 +1,4 @@
-//! Which vertices and edges of a ring may touch: pairs of eight vertices and one edge.
+//! Which vertices and edges of a ring may touch: pairs of a block of eight vertices and an edge.
 
 use crate::on_instruction_set;
 use crate::physics::ring::Ring;
@@ -21,7 +21,7 @@ pub(super) struct Listed {
 }
 
 impl Listed {
-    /// Of `n` vertices, of which nothing is known yet.
+    /// For `n` vertices, before the first list is made.
     pub(super) fn nowhere(n: usize) -> Self {
         Self { x: vec![f64::INFINITY; n], y: vec![f64::INFINITY; n] }
     }
@@ -44,14 +44,12 @@ impl Listed {
     }
 }
 
-/// Mean vertex.
 fn mean(ring: &Ring) -> [f64; 2] {
     [&ring.x, &ring.y].map(|v| v[..ring.n].iter().sum::<f64>() / ring.n as f64)
 }
 
 impl SelfContact {
-    /// Makes the list of pairs again: of all blocks of vertices with all edges, those that come within delta and the
-    /// skin.
+    /// Makes the list of pairs: each block of vertices with each edge that comes within delta plus skin of it.
     #[inline(never)]
     pub(super) fn list(&mut self, ring: &Ring) {
         self.near.renew(ring.origin);
@@ -59,7 +57,7 @@ impl SelfContact {
         self.listed.note(ring);
         self.along.measure(ring);
         let boxes = block_boxes(ring);
-        let far = self.delta + self.near.skin.width();
+        let far = self.delta + self.near.skin.width;
         on_instruction_set!(self.instruction_set, simd => {
             for (a, &vertices) in boxes.iter().enumerate() {
                 for (b, &edges) in boxes.iter().enumerate() {

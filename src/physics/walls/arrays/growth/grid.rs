@@ -1,14 +1,47 @@
-//! The cells of the whole box, by tiles: untouched, worked on, or settled.
+//! The cells of the whole box, kept by tiles, and the first dart of each cell.
 
 use crate::physics::walls::arrays::board::{Board, Stream, place, wait};
-use crate::physics::walls::arrays::growth::cell::{Block, Cell, Fate, NOTHING, offset};
 use crate::physics::walls::arrays::tile::{TILE, Tile};
 use std::sync::Arc;
+
+/// A cell of the grid, too small for two discs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    /// Place of its disc, or of the dart that waits to be judged.
+    pub(super) at: [f64; 2],
+    /// When that dart is thrown, in mean times between two darts into a whole cell; 0 for discs given at the start.
+    pub(super) time: f64,
+    pub(super) fate: Fate,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Fate {
+    /// A dart waits to be judged.
+    Waiting,
+    /// It holds a disc.
+    Disc,
+    /// It holds no disc and has no room for one.
+    Full,
+}
+
+/// A full cell.
+pub(super) const NOTHING: Cell = Cell { at: [0.0; 2], time: f64::INFINITY, fate: Fate::Full };
+
+/// A cell and those up to two columns and rows away, row by row from below: all that can hold a disc too near.
+pub(super) type Block = [Cell; 25];
+
+/// Index of the cell in the middle of a block.
+pub(super) const MIDDLE: usize = 12;
+
+/// Columns and rows from the middle of a block to its cell `i`.
+pub(super) fn offset(i: usize) -> [i64; 2] {
+    [i as i64 % 5 - 2, i as i64 / 5 - 2]
+}
 
 /// The cells of a tile, row by row.
 type Page = [Cell; TILE * TILE];
 
-/// How far a tile is worked out.
+/// How far a tile is computed.
 #[derive(Debug)]
 enum Progress {
     Untouched,
@@ -16,7 +49,6 @@ enum Progress {
     Settled(Arc<Tile>),
 }
 
-/// All cells.
 #[derive(Debug)]
 pub(super) struct Grid {
     pub(super) board: Board,
@@ -32,12 +64,7 @@ impl Grid {
         Self { board, across, tiles }
     }
 
-    /// Number of tiles.
-    pub(super) fn tiles(&self) -> usize {
-        self.tiles.len()
-    }
-
-    /// The cells of all tiles that are worked on.
+    /// The cells of all tiles that are neither untouched nor settled.
     pub(super) fn worked_on(&self) -> impl Iterator<Item = &Cell> {
         self.tiles.iter().flat_map(|tile| match tile {
             Progress::Working(page) => &page[..],
@@ -53,7 +80,7 @@ impl Grid {
         }
     }
 
-    /// Keeps the discs of a tile, in which no dart waits any more, and nothing else of it.
+    /// Reduces a tile, in which no dart waits any more, to its discs.
     pub(super) fn settle(&mut self, tile: usize) -> Arc<Tile> {
         let discs = self.page(tile).iter().map(|cell| (cell.fate == Fate::Disc).then_some(cell.at));
         let settled = Arc::new(Tile::new(discs));
@@ -61,7 +88,7 @@ impl Grid {
         settled
     }
 
-    /// A cell and those around it, at places as seen from it.
+    /// The block of a cell, with places as seen from that cell.
     #[inline(always)]
     pub(super) fn block(&mut self, cell: [usize; 2]) -> Block {
         let (tile, k) = self.slot(cell);
@@ -87,12 +114,12 @@ impl Grid {
         (row * self.board.cells + column) as u32
     }
 
-    /// The cell at a place of a tile's page.
+    /// Column and row of cell `k` of a tile.
     pub(super) fn cell_of(&self, tile: usize, k: usize) -> [usize; 2] {
         [tile % self.across * TILE + k % TILE, tile / self.across * TILE + k / TILE]
     }
 
-    /// Tile of a cell, and its place on the page.
+    /// Tile of a cell, and its index in the tile.
     #[inline(always)]
     fn slot(&self, [column, row]: [usize; 2]) -> (usize, usize) {
         (row / TILE * self.across + column / TILE, row % TILE * TILE + column % TILE)

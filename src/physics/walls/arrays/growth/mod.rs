@@ -1,43 +1,35 @@
-//! Random sequential addition without end, worked out where someone looks.
+//! Random sequential addition without end, computed only where it is needed.
 //!
 //! # The process
-//! Darts are thrown at the box for ever, everywhere alike, at random times. A dart that lands further than the spacing
-//! from all earlier discs becomes a disc. Any other dart misses, and leaves nothing behind. After a long time no room
-//! is left for a disc: the array is saturated, and the discs, taken as wide as the spacing, cover 0.547 of the box.
+//! Darts are thrown at the box for ever, at random times and with the same probability everywhere. A dart that lands
+//! further than the spacing from all earlier discs becomes a disc. Any other dart misses, and changes nothing. After a
+//! long time there is no room for another disc: the array is saturated, and discs as wide as the spacing would cover
+//! 0.547 of the box.
 //!
-//! # Why the order of looking does not matter
-//! The box is divided into *cells* whose diagonal is shorter than the spacing, so a cell holds at most one disc, and
-//! only the 25 cells of the block around it can hold a disc too near. Darts at random times in the whole box are the
-//! same thing as darts at random times in each cell, independent of each other. So each cell draws the places of its
-//! darts, and the times between them, from a random stream of its own; only the first darts of the cells of a tile
-//! share one. All darts are thus settled by the seed before anyone looks.
+//! # Why the discs do not depend on where one looks first
+//! The box is divided into *cells* whose diagonal is shorter than the spacing. A cell holds at most one disc, and discs
+//! that are too near to one in it lie in the *block* of 25 cells around it. Random darts in the whole box are the same
+//! as independent random darts in each cell. So each cell draws the places of its darts, and the times between them,
+//! from its own random stream; only the first darts of the cells of a tile share a stream. The seed thus fixes all darts
+//! in advance.
 //!
-//! What becomes of a dart depends only on discs that earlier darts left in its block, so it can be judged as soon as no
-//! earlier dart waits there. If one does, that one is judged first, and before it an earlier one in the block of that,
-//! and so on. Such a *chain* goes back in time at each link and therefore ends, in practice after some sixty cells at
-//! most. Whoever asks, and in whatever order, gets the same discs.
+//! Whether a dart misses depends only on earlier darts in its block. So it can be judged as soon as no earlier dart
+//! waits there. If an earlier dart waits, that one is judged first, after still earlier ones in its own block, and so
+//! on. Such a *chain* goes back in time at each link and therefore ends, in practice after about sixty cells at most.
 //!
-//! Cells are worked out, and kept, in *tiles* of 32 by 32. A tile is settled when no dart waits in it any more. Its
-//! neighbours are then worked out in part, as far as the chains led.
+//! Cells are computed and kept in *tiles* of 32 by 32. A tile is settled when no dart waits in it any more. Its
+//! neighbours have then been computed in part, as far as the chains led.
 //!
 //! # How it ends
-//! A cell would have to throw very many darts to be sure that it is full. So after a miss it throws only into those of
-//! its squares that no one disc covers wholly, and waits the longer for the next dart the smaller the share of those
-//! squares in the cell is. This changes nothing in the distribution (Zhang and Torquato, Phys. Rev. E 88, 053312
-//! (2013)). The squares are quartered as misses go on. When none is left the cell is proved to be full.
+//! A cell would need very many darts to show that it is full. So after a miss it throws only into those of its squares
+//! that are not covered by a single disc, and the mean time to its next dart grows as the area of these squares shrinks.
+//! This does not change the distribution (Zhang and Torquato, Phys. Rev. E 88, 053312 (2013)). The squares are
+//! quartered as misses continue. When no square is left, the cell is proved to be full.
 //!
 //! # What it costs
-//! About 4.5 microseconds a disc. A droplet on its way through 100 sigma of a saturated array has about ten thousand of
-//! them worked out, whatever the size of the box. A tile that is not settled takes 32 KB, a settled one 16 bytes a
-//! disc.
-//!
-//! | module | idea |
-//! |---|---|
-//! | `cell` | a cell and its block |
-//! | `grid` | all cells, by tiles, and the first dart of each |
-//! | `room` | what is left of a cell after a miss, and its next dart |
+//! About 4.5 microseconds per disc. For a droplet that moves through 100 sigma of a saturated array, about ten thousand
+//! discs are computed, in a box of any size. A tile that is not settled takes 32 KB, a settled tile 16 bytes per disc.
 
-mod cell;
 mod grid;
 mod room;
 #[cfg(test)]
@@ -45,8 +37,7 @@ mod tests;
 
 use crate::physics::walls::arrays::board::{Board, squared_distance};
 use crate::physics::walls::arrays::tile::{TILE, Tile};
-use cell::{Block, Cell, Fate, MIDDLE, offset};
-use grid::Grid;
+use grid::{Block, Cell, Fate, Grid, MIDDLE, NOTHING, offset};
 use room::Room;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -55,19 +46,17 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(super) struct Growth {
     grid: Grid,
-    /// Room in the cells that have missed and are neither full nor hold a disc, by number of the cell.
+    /// Room in cells after a miss, by the number of the cell. Full cells and cells with a disc have none.
     rooms: HashMap<u32, Box<Room>>,
-    /// Empty between judgements; kept because there are millions of them.
+    /// Empty between judgements; kept to avoid millions of allocations.
     chain: Vec<[usize; 2]>,
 }
 
 impl Growth {
-    /// Starts with an empty box.
     pub(super) fn new(board: Board) -> Self {
         Self { grid: Grid::new(board), rooms: HashMap::new(), chain: Vec::new() }
     }
 
-    /// Starts with a box that has these discs.
     pub(super) fn onto(board: Board, discs: &[[f64; 2]]) -> Self {
         let mut growth = Self::new(board);
         for &at in discs {
@@ -77,20 +66,15 @@ impl Growth {
         growth
     }
 
-    /// Cells along a side of the box.
-    pub(super) fn cells(&self) -> usize {
-        self.grid.board.cells
+    /// Cells and tiles along a side of the box.
+    pub(super) fn sides(&self) -> [usize; 2] {
+        [self.grid.board.cells, self.grid.across]
     }
 
-    /// Tiles along a side of the box.
-    pub(super) fn across(&self) -> usize {
-        self.grid.across
-    }
-
-    /// The next discs, at most `wanted`, in the order of their times.
+    /// The next discs, at most `wanted`, in the order in which they are added.
     pub(super) fn grow(mut self, wanted: usize) -> Vec<[f64; 2]> {
         let mut until = 1.0;
-        // Once enough discs are earlier than some time they are the next ones, for discs yet to come are later.
+        // Once enough discs were added before some time, they are the next ones, because all others are added later.
         while self.judge_until(until) && self.new_discs().count() < wanted {
             until *= 2.0;
         }
@@ -108,17 +92,17 @@ impl Growth {
         self.grid.settle(tile)
     }
 
-    /// Judges all darts up to a time; tells whether any wait for later.
+    /// Judges all darts up to a time. True if later darts still wait.
     fn judge_until(&mut self, until: f64) -> bool {
-        (0..self.grid.tiles()).fold(false, |waiting, tile| waiting | self.judge_tile(tile, until))
+        (0..self.grid.across * self.grid.across).fold(false, |waiting, tile| waiting | self.judge_tile(tile, until))
     }
 
-    /// Discs other than those given.
+    /// All discs except those given at the start.
     fn new_discs(&self) -> impl Iterator<Item = &Cell> {
         self.grid.worked_on().filter(|cell| cell.fate == Fate::Disc && cell.time > 0.0)
     }
 
-    /// Judges the darts of a tile up to a time; tells whether any wait for later.
+    /// Judges the darts of a tile up to a time. True if later darts still wait.
     fn judge_tile(&mut self, tile: usize, until: f64) -> bool {
         let is_due = |cell: &Cell| cell.fate == Fate::Waiting && cell.time <= until;
         let mut waiting = false;
@@ -131,16 +115,16 @@ impl Growth {
         waiting
     }
 
-    /// Judges the dart that waits in a cell, after all that it depends on.
+    /// Judges the dart that waits in a cell, after all darts that it depends on.
     fn judge(&mut self, cell: [usize; 2]) {
-        // Each depends on the next, which is earlier.
+        // Each dart depends on the next in the chain, which is earlier.
         let mut chain = std::mem::take(&mut self.chain);
         chain.push(cell);
         while let Some(&cell) = chain.last() {
             let block = self.grid.block(cell);
             let dart = block[MIDDLE];
             let earlier = |other: &Cell| (other.fate == Fate::Waiting) & (other.time < dart.time);
-            // Without a branch for each cell, because half of the time goes here.
+            // Without a branch for each cell, because this takes half of the time.
             if block.iter().fold(false, |any, other| any | earlier(other))
                 && let Some(i) = block.iter().position(earlier)
             {
@@ -168,7 +152,7 @@ impl Growth {
         room.miss(block, board.spacing);
         let next = if room.is_full() {
             self.rooms.remove(&number);
-            cell::NOTHING
+            NOTHING
         } else {
             room.next_dart(block[MIDDLE].time, board.width)
         };

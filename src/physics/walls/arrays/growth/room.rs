@@ -1,32 +1,30 @@
-//! What is left of a cell after a miss: squares that no one disc covers wholly, and the next dart into them.
+//! The room in a cell after a miss: squares that are not covered by a single disc, and the next dart into them.
 
 use crate::physics::walls::arrays::board::{Board, GRAIN, Stream, place, uniform, wait};
-use crate::physics::walls::arrays::growth::cell::{Block, Cell, Fate};
+use crate::physics::walls::arrays::growth::grid::{Block, Cell, Fate};
 use rand_chacha::ChaCha8Rng;
 
 /// Fewer squares than this are quartered at every miss.
 const MANY: usize = 8;
 
-/// Where in a cell a dart may still hit.
+/// The squares of a cell in which a dart may still hit.
 #[derive(Debug)]
 pub(super) struct Room {
     random: ChaCha8Rng,
     /// Lower corners of the squares.
     squares: Vec<[f64; 2]>,
-    /// Side of a square.
     side: f64,
-    /// Since they were quartered.
+    /// Misses since the squares were last quartered.
     misses: usize,
 }
 
 impl Room {
-    /// The whole of the cell of this number.
     pub(super) fn whole(board: &Board, cell: [usize; 2], number: u32) -> Self {
         let random = board.stream(Stream::Cell(number as usize));
         Self { random, squares: vec![board.corner(cell)], side: board.width, misses: 0 }
     }
 
-    /// Takes note of a miss. Quarters the squares if they are few, or once there was a miss for every fourth of them.
+    /// Notes a miss. Quarters the squares if they are few, or if the misses are a quarter of their number.
     pub(super) fn miss(&mut self, block: &Block, spacing: f64) {
         self.misses += 1;
         if self.squares.len() < MANY || 4 * self.misses >= self.squares.len() {
@@ -34,13 +32,12 @@ impl Room {
         }
     }
 
-    /// Whether no dart can hit. Squares of a few grains count as nothing, for places in smaller ones are hardly told
-    /// apart.
+    /// Whether no dart can hit. Squares of a few grains count as none, because they hold hardly any places.
     pub(super) fn is_full(&self) -> bool {
         self.squares.is_empty() || self.side < 4.0 * GRAIN
     }
 
-    /// The next dart after a time into a cell of this width; it must not be full.
+    /// The next dart after a time, in a cell of this width that is not full.
     pub(super) fn next_dart(&mut self, after: f64, width: f64) -> Cell {
         let Self { random, squares, side, .. } = self;
         let share = squares.len() as f64 * (*side / width) * (*side / width);
@@ -49,7 +46,7 @@ impl Room {
         Cell { at: place(random, square, *side), time, fate: Fate::Waiting }
     }
 
-    /// Keeps those quarters of the squares that no one disc of the block covers.
+    /// Keeps the quarters of the squares that are not covered by a single disc of the block.
     fn quarter(&mut self, block: &Block, spacing: f64) {
         self.side *= 0.5;
         self.misses = 0;

@@ -1,10 +1,10 @@
-//! Growth beside darts that are thrown one by one, and in other orders.
+//! Compares growth with darts that are thrown one by one, and with growth in other orders.
 
 use super::*;
 use crate::parameters::{Density, ObstacleField};
 use crate::physics::walls::arrays::board::{Stream, place};
 
-/// Two tiles by two, of which the last ones reach beyond it.
+/// Side of a box of two by two tiles, the last of which reach beyond it.
 const BOX: f64 = 23.0;
 
 fn board(seed: u64) -> Board {
