@@ -48,9 +48,7 @@ pub(crate) enum Site {
         clearance: f64,
     },
     /// Where no wall is near.
-    Free {
-        at: [f64; 2],
-    },
+    Free { at: [f64; 2] },
     /// It is relaxed, and its rim just touches the plate at x = 0.
     OnPlate,
 }
