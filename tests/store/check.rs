@@ -303,7 +303,7 @@ fn what_a_crash_left_is_found_and_a_lost_database_costs_no_file() {
     sound(dir.path());
     let expected = results(dir.path());
     std::fs::copy(sample_file(dir.path()), dir.path().join("samples/0123456789abcdef0123.parquet")).unwrap();
-    std::fs::write(dir.path().join("samples/batch.tmp"), b"PAR1").unwrap();
+    std::fs::write(dir.path().join("aside/batch.tmp"), b"PAR1").unwrap();
     assert_eq!(check(dir.path()).unwrap().findings.len(), 2);
     repair(dir.path()).unwrap();
     assert_eq!(std::fs::read_dir(dir.path().join("quarantine")).unwrap().count(), 2);

@@ -18,11 +18,13 @@
 //! file do not get out.
 
 pub(super) mod fits;
+pub(super) mod export;
 pub(super) mod format;
 mod functions;
 pub(super) mod jobs;
 pub(super) mod last_run;
 pub(super) mod outlines;
+mod parquet_rows;
 pub(super) mod query;
 pub(super) mod records;
 mod sample_reader;

@@ -14,6 +14,7 @@
 //! **Locking.** Only the holder of the store's lock upgrades. A reader that meets an older schema says so and changes
 //! nothing.
 
+pub(super) mod columns;
 pub(super) mod points;
 
 use crate::store::disk;
