@@ -5,6 +5,7 @@ use meniscus::store::{Format, Store, Writer, WriterOptions, query};
 use parquet::basic::{ColumnOrder, Encoding, Type};
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::RowAccessor;
 use std::path::{Path, PathBuf};
 
 fn metadata(path: &Path) -> ParquetMetaData {

@@ -3,6 +3,7 @@
 use super::make::*;
 use meniscus::store::{Format, Store, Writer, WriterOptions, check, query};
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::RowAccessor;
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;

@@ -17,7 +17,9 @@ fn an_export_holds_every_table_and_a_manifest_that_says_what_they_are() {
     let files = export(dir.path(), &out, Format::Parquet).unwrap();
     assert_eq!(files.len(), 7);
     let manifest = manifest(&out);
-    let rows = |table: &str| manifest["tables"].as_array().unwrap().iter().find(|t| t["name"] == table).unwrap()["rows"].clone();
+    let rows = |table: &str| {
+        manifest["tables"].as_array().unwrap().iter().find(|t| t["name"] == table).unwrap()["rows"].clone()
+    };
     assert_eq!((rows("runs"), rows("clog_events"), rows("samples")), (10.into(), 4.into(), 70.into()));
     assert_eq!(rows("outline"), 5 * 2 * 5 + 5 * 2, "five vertices a ring, one a point, two shapes each");
     assert_eq!(manifest["campaigns"][0]["text"], "name = \"test\"");
@@ -29,7 +31,8 @@ fn an_export_holds_every_table_and_a_manifest_that_says_what_they_are() {
         assert_eq!(table["bytes"], bytes.len());
         let reader = SerializedFileReader::try_from(path.as_path()).unwrap();
         assert_eq!(table["rows"], reader.metadata().file_metadata().num_rows());
-        let names: Vec<_> = reader.metadata().file_metadata().schema_descr().columns().iter().map(|c| c.name().to_owned()).collect();
+        let names: Vec<_> =
+            reader.metadata().file_metadata().schema_descr().columns().iter().map(|c| c.name().to_owned()).collect();
         let columns = table["columns"].as_array().unwrap();
         assert_eq!(columns.iter().map(|column| column["name"].as_str().unwrap()).collect::<Vec<_>>(), names);
         assert!(columns.iter().all(|column| column["meaning"] != "" && column["type"] != ""), "{columns:?}");
@@ -53,7 +56,10 @@ fn an_export_overwrites_nothing_and_makes_nothing_without_a_store() {
     drop(filled(dir.path(), &[soft(1.0)], 1, 1, 4));
     std::fs::write(out.path().join("notes.txt"), "mine").unwrap();
     let refusal = export(dir.path(), out.path(), Format::Parquet).unwrap_err();
-    assert!(matches!(refusal, QueryError::NotEmpty(_)) && refusal.to_string().contains("name a new folder"), "{refusal}");
+    assert!(
+        matches!(refusal, QueryError::NotEmpty(_)) && refusal.to_string().contains("name a new folder"),
+        "{refusal}"
+    );
     assert_eq!(std::fs::read_dir(out.path()).unwrap().count(), 1);
     let nowhere = dir.path().join("nowhere");
     let missing = export(&nowhere, &out.path().join("new"), Format::Parquet).unwrap_err();

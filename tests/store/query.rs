@@ -208,7 +208,7 @@ fn a_parquet_answer_keeps_types_and_makes_names_distinct() {
     std::fs::write(&path, out).unwrap();
     let reader = SerializedFileReader::try_from(path.as_path()).unwrap();
     let rows: Vec<String> = reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect();
-    assert_eq!(rows, ["{n: 1, n_2: 0.5, text: \"a\"}", "{n: null, n_2: 3.0, text: \"4\"}"]);
+    assert_eq!(rows, ["{n: 1.0, n_2: 0.5, text: \"a\"}", "{n: null, n_2: 3.0, text: \"4\"}"]);
 }
 
 #[test]

@@ -88,10 +88,7 @@ impl Export<'_> {
     /// Writes the answer to a statement as the file of a table.
     fn table(&mut self, table: &str, sql: &str) -> Result<(), QueryError> {
         let mut statement = self.conn.prepare(sql).map_err(|error| explain(&self.conn, &error))?;
-        let mut answer = columns_of(&self.conn, &statement);
-        for column in answer.iter_mut().filter(|column| column.kind.is_none()) {
-            column.kind = columns::column(table, &column.name).map(|known| known.kind);
-        }
+        let answer = columns_of(&self.conn, &statement);
         let (file, said) = self.file(table, answer, |sink| pour(&self.conn, &mut statement, sink))?;
         drop(statement);
         self.files.push(file);

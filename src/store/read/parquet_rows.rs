@@ -34,10 +34,9 @@ pub(super) struct AnswerColumn {
 /// The columns of the answer to a statement.
 pub(super) fn columns_of(conn: &Connection, statement: &Statement<'_>) -> Vec<AnswerColumn> {
     let inferred = statement.expanded_sql().and_then(|sql| inferred(conn, &sql).ok()).unwrap_or_default();
-    let kind = |index: usize, declared: Option<&str>| {
-        let declared = declared.or(inferred.get(index).map(String::as_str)).filter(|declared| !declared.is_empty());
-        declared.map(Kind::declared)
-    };
+    // `BLOB` is what SQLite says where it infers nothing.
+    let inferred = |index: usize| inferred.get(index).map(String::as_str).filter(|kind| !["", "BLOB"].contains(kind));
+    let kind = |index: usize, declared: Option<&str>| declared.or_else(|| inferred(index)).map(Kind::declared);
     let column = |(index, column): (usize, rusqlite::Column<'_>)| AnswerColumn {
         name: column.name().to_owned(),
         kind: kind(index, column.decl_type()),
@@ -99,7 +98,8 @@ impl ParquetRows {
         }
         let fields = self.columns.iter().map(|column| Field::new(&column.name, data_type(column.kind), true));
         let schema: SchemaRef = Arc::new(Schema::new(fields.collect::<Vec<_>>()));
-        let arrays = self.columns.iter().zip(&mut self.kept).map(|(column, values)| array(column, std::mem::take(values)));
+        let arrays =
+            self.columns.iter().zip(&mut self.kept).map(|(column, values)| array(column, std::mem::take(values)));
         let batch = RecordBatch::try_new(schema.clone(), arrays.collect::<Result<_>>()?).map_err(Error::other)?;
         let writer = match &mut self.writer {
             Some(writer) => writer,

@@ -196,7 +196,8 @@ mod tests {
         let views: Vec<String> = names.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect();
         let columns = |view: String| {
             let statement = conn.prepare(&format!("SELECT * FROM {view}")).unwrap();
-            let columns = statement.columns().map(|column| (column.name().to_owned(), column.decl_type().map(str::to_owned)));
+            let columns =
+                statement.columns().map(|column| (column.name().to_owned(), column.decl_type().map(str::to_owned)));
             columns.map(|(name, declared)| (view.clone(), name, declared)).collect::<Vec<_>>()
         };
         views.into_iter().flat_map(columns).collect()
