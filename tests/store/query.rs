@@ -1,7 +1,7 @@
 //! SQL over a store: columns, the table `samples`, formats, errors.
 
 use super::make::*;
-use meniscus::store::{Format, QueryError, Store, Writer, query};
+use meniscus::store::{Format, QueryError, Store, Writer, point_runs, query, save_fits};
 use std::io::{ErrorKind, Write};
 
 /// The columns of a view or table, joined by commas.
@@ -9,13 +9,19 @@ fn columns(dir: &std::path::Path, table: &str) -> String {
     answer(dir, &format!("SELECT * FROM {table} LIMIT 0"), Format::Csv).trim().to_owned()
 }
 
+/// The keys that a campaign may give, in the order of the new columns of `runs`.
+const NEW_KEYS: &str = "saturated,box_size,bond,delta,eps,wall,contact,gravity,self_contact,engulfed";
+
 #[test]
-fn the_views_have_the_columns_of_the_contract() {
+fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     let dir = tempfile::tempdir().unwrap();
     drop(Store::open(dir.path()).unwrap());
-    let runs = "job_id,campaign,model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,w,n_vertices,dt,\
-                integrator,seed,state,outcome,r_end,t_end,v_g_mean,ek_ratio_end,shape_max,area_error_max,overlap_max,\
-                delta_s,steps,wall_s,attempts,error_class,error";
+    let old = "job_id,campaign,model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,w,n_vertices,dt,\
+               integrator,seed,state,outcome,r_end,t_end,v_g_mean,ek_ratio_end,shape_max,area_error_max,overlap_max,\
+               delta_s,steps,wall_s,attempts,error_class,error";
+    let (places, limits) =
+        ("angle,tip_radius,offset,h_start,h_end,alpha", "t_max,distance,ek_threshold,sample_every,shapes_every");
+    let runs = format!("{old},point_id,block,{NEW_KEYS},{places},{limits}");
     assert_eq!(columns(dir.path(), "runs"), runs);
     assert_eq!(columns(dir.path(), "stale_runs"), runs);
     assert_eq!(columns(dir.path(), "clog_events"), "job_id,t,r,x,y,ek_ratio,shape,contacts,mechanism");
@@ -25,9 +31,103 @@ fn the_views_have_the_columns_of_the_contract() {
     let point = "model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,n_vertices,dt";
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";
     let shares = "wrap_share,squeeze_share,hybrid_share";
-    assert_eq!(columns(dir.path(), "lambda_fits"), format!("{point},{fit},{shares}"));
+    let more = format!("{NEW_KEYS},w,{places},integrator,{limits}");
+    let fits = format!("{point},{fit},{shares},point_id,decay_length,{more}");
+    assert_eq!(columns(dir.path(), "lambda_fits"), fits);
     assert_eq!(columns(dir.path(), "shapes"), "job_id,t,vertices,loads");
-    assert_eq!(columns(dir.path(), "speed_averages"), format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca"));
+    let speeds = format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca,point_id,{more}");
+    assert_eq!(columns(dir.path(), "speed_averages"), speeds);
+}
+
+#[test]
+fn every_parameter_of_a_point_is_a_column_of_runs_and_of_the_fits() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    for view in ["runs", "stale_runs", "lambda_fits", "speed_averages"] {
+        let there = columns(dir.path(), view);
+        let missing: Vec<_> = meniscus::parameters::PARAMETERS
+            .iter()
+            .map(|parameter| parameter.name)
+            .filter(|name| !there.split(',').any(|column| column == *name))
+            .collect();
+        assert!(missing.is_empty(), "{view} lacks {missing:?}");
+    }
+}
+
+#[test]
+fn every_column_of_every_view_declares_one_type_and_that_of_the_parameter() {
+    use meniscus::parameters::Domain;
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    for view in ["runs", "all_runs", "lambda_fits", "speed_averages", "clog_events", "shapes", "stability", "failures"]
+    {
+        for column in csv(dir.path(), &format!("SELECT name, type FROM pragma_table_info('{view}')")) {
+            let (name, declared) = column.split_once(',').unwrap();
+            assert!(["TEXT", "REAL", "INTEGER", "BLOB"].contains(&declared), "{view}.{column}");
+            for parameter in meniscus::parameters::PARAMETERS.iter().filter(|parameter| parameter.name == name) {
+                let expected = match parameter.domain {
+                    Domain::Text | Domain::Choice(_) => "TEXT",
+                    Domain::Number(_) | Domain::NumberOr(..) => "REAL",
+                    Domain::Whole(_) => "INTEGER",
+                };
+                assert_eq!(declared, expected, "{view}.{name}");
+            }
+        }
+    }
+}
+
+/// Both models in three arrays that differ in one column each, with two clogs a point, and their fits.
+fn fitted(dir: &std::path::Path) -> Store {
+    let points: Vec<_> = [soft(1.0), ring(1.0)]
+        .into_iter()
+        .flat_map(|point| {
+            let (mut wider, mut shorter) = (point.clone(), point.clone());
+            if let meniscus::parameters::Scene::Obstacles(field) = &mut wider.scene {
+                field.box_size = 60.0;
+            }
+            shorter.limits.distance = Some(20.0);
+            [point, wider, shorter]
+        })
+        .collect();
+    let mut store = filled(dir, &points, 5, 1, 10);
+    let runs = point_runs(store.connection()).unwrap();
+    let fits = meniscus::study::fits::fit_all(&runs);
+    let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
+    let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
+    save_fits(&mut store, &lambdas, &speeds).unwrap();
+    store
+}
+
+#[test]
+fn one_column_joins_runs_with_both_fits_and_loses_no_row() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(fitted(dir.path()));
+    let joined = "FROM runs JOIN lambda_fits USING (point_id) JOIN speed_averages USING (point_id)";
+    assert_eq!(csv(dir.path(), &format!("SELECT count(*), count(DISTINCT job_id) {joined}")), ["30,30"]);
+    let by_key = "SELECT box_size, distance, count(*) FROM lambda_fits GROUP BY 1, 2 ORDER BY 1, 2";
+    assert_eq!(csv(dir.path(), by_key), ["60.0,,2", "500.0,,2", "500.0,20.0,2"]);
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM lambda_fits WHERE decay_length IS NOT lambda"), ["0"]);
+    let shares = "SELECT model, wrap_share, squeeze_share FROM lambda_fits GROUP BY 1, 2, 3";
+    assert_eq!(csv(dir.path(), shares), ["DP,1.0,0.0", "SP,,"]);
+}
+
+#[test]
+fn a_natural_join_that_would_lose_rows_is_refused_with_the_join_to_write() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(fitted(dir.path()));
+    let refused = |sql: &str| query(dir.path(), sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+    let told = refused("SELECT count(*) FROM runs NATURAL JOIN lambda_fits");
+    assert!(told.contains("runs join lambda_fits using (point_id)"), "{told}");
+    assert!(refused("SELECT * FROM speed_averages NATURAL JOIN lambda_fits").contains("using (point_id)"));
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM runs NATURAL JOIN clog_events"), ["12"]);
+}
+
+#[test]
+fn the_mean_of_a_density_counts_no_word() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(filled(dir.path(), &[soft(1.0), ring(1.0)], 1, 1, 10));
+    let sql = "SELECT avg(density), sum(saturated), count(*) - count(saturated), max(typeof(density)) FROM runs";
+    assert_eq!(csv(dir.path(), sql), ["0.35,1,0,real"]);
 }
 
 #[test]
@@ -57,7 +157,7 @@ fn a_run_reads_back_with_its_parameters_and_null_where_a_column_means_nothing() 
     assert_eq!(
         csv(dir.path(), sql),
         [
-            "test,DP,1.09,10000.0,saturated,0.0,0.03,0.001,,256,0.001,done,clogged,1.0,,1.3,1000000,1",
+            "test,DP,1.09,10000.0,,0.0,0.03,0.001,,256,0.001,done,clogged,1.0,,1.3,1000000,1",
             "test,SP,,2.5,0.35,0.0,0.03,,,,0.001,done,clogged,1.0,,,1000000,1",
         ]
     );

@@ -26,7 +26,7 @@ fn a_seed_that_sqlite_cannot_hold_is_refused_before_anything_is_added() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = Store::open(dir.path()).unwrap();
     let point = soft(1.0);
-    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: u64::MAX - 1..u64::MAX }];
+    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: u64::MAX - 1..u64::MAX, block: "test" }];
     let refused = store.register(&CampaignRecord { name: "a", text: "" }, &plan);
     assert!(matches!(refused, Err(StoreError::SeedTooLarge(_))));
     assert_eq!(csv(dir.path(), "SELECT count(*) FROM campaigns"), ["0"]);
@@ -230,7 +230,7 @@ fn status_counts_states_failures_and_the_progress_of_the_run() {
     assert_eq!(status(dir.path()).unwrap().total.jobs(), 0);
     let mut store = Store::open(dir.path()).unwrap();
     let point = soft(1.0);
-    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..10 }];
+    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..10, block: "test" }];
     let campaign = store.register(&CampaignRecord { name: "speed", text: "a" }, &plan).unwrap().campaign;
     store.register(&CampaignRecord { name: "speed", text: "b" }, &plan).unwrap();
     let provenance = Provenance { program_version: "0.1", git_commit: "c", rustc: "r", cpu_features: "f", campaign };

@@ -22,6 +22,7 @@ pub(super) mod format;
 mod functions;
 pub(super) mod jobs;
 pub(super) mod last_run;
+mod natural_join;
 pub(super) mod outlines;
 pub(super) mod query;
 pub(super) mod records;

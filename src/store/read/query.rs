@@ -2,7 +2,7 @@
 
 use crate::store::error::StoreError;
 use crate::store::read::format::{Format, Sink};
-use crate::store::read::{functions, open_existing, samples_table};
+use crate::store::read::{functions, natural_join, open_existing, samples_table};
 use rusqlite::{Connection, ErrorCode, Statement};
 use std::io::Write;
 use std::path::Path;
@@ -39,6 +39,9 @@ pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Resu
     samples_table::add_to(&conn, dir)?;
     functions::add_to(&conn).map_err(StoreError::sql(dir))?;
     let mut statement = conn.prepare(sql).map_err(|error| explain(&conn, &error))?;
+    if let Some(problem) = natural_join::way_out(sql) {
+        return Err(QueryError::Sql { problem, hint: String::new() });
+    }
     match answer(&conn, &mut statement, format, out) {
         Err(QueryError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         answered => answered,
