@@ -3,6 +3,8 @@
 
 #[path = "store/check.rs"]
 mod check;
+#[path = "store/columns.rs"]
+mod columns;
 #[path = "store/compact.rs"]
 mod compact;
 #[path = "store/crash.rs"]

@@ -211,10 +211,13 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     save_fits(&mut store, &[old], &[]).unwrap();
     save_fits(&mut store, &[(id, fit)], &[(id, average)]).unwrap();
     assert_eq!(
-        csv(dir.path(), "SELECT * FROM lambda_fits"),
-        [
-            "DP,obstacles,1.0,10000.0,0.2,0.3,saturated,0.0,0.03,10000.0,0.001,256,0.001,3,1,24.0,12.0,,,0.5,400,1.0,0.0,0.0"
-        ]
+        csv(
+            dir.path(),
+            "SELECT model, scene, gamma, e_w, w_ob, sigma_ob, saturated, k_a, n_vertices, runs, clogs, lambda,
+                    lambda_low, lambda_high, p_exponential, runs_for_ten_percent, wrap_share, hybrid_share
+             FROM lambda_fits"
+        ),
+        ["DP,obstacles,1.0,10000.0,0.2,0.3,1,10000.0,256,3,1,24.0,12.0,,0.5,400,1.0,0.0"]
     );
     assert_eq!(
         csv(dir.path(), "SELECT gamma, runs, flowing, v_g, v_g_low, ca FROM speed_averages"),
