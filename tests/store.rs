@@ -5,6 +5,8 @@
 mod check;
 #[path = "store/clients.rs"]
 mod clients;
+#[path = "store/columns.rs"]
+mod columns;
 #[path = "store/compact.rs"]
 mod compact;
 #[path = "store/crash.rs"]

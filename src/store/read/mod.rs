@@ -24,6 +24,7 @@ pub(super) mod format;
 mod functions;
 pub(super) mod jobs;
 pub(super) mod last_run;
+mod natural_join;
 pub(super) mod outlines;
 mod parquet_rows;
 pub(super) mod query;

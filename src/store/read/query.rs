@@ -2,7 +2,7 @@
 
 use crate::store::error::StoreError;
 use crate::store::read::format::{Format, Sink};
-use crate::store::read::{functions, open_existing, parquet_rows, samples_table};
+use crate::store::read::{functions, natural_join, open_existing, parquet_rows, samples_table};
 use rusqlite::{Connection, ErrorCode, Statement};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -40,6 +40,9 @@ pub enum QueryError {
 pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Result<(), QueryError> {
     let conn = connection(dir)?;
     let mut statement = conn.prepare(sql).map_err(|error| explain(&conn, &error))?;
+    if let Some(problem) = natural_join::way_out(sql) {
+        return Err(QueryError::Sql { problem, hint: String::new() });
+    }
     match answer(&conn, &mut statement, format, out) {
         Err(QueryError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         answered => answered,
