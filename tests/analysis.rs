@@ -251,6 +251,54 @@ fn tables_show_what_varies_and_name_what_does_not() {
     assert!(text.lines().chain(speeds.lines()).all(|line| line.chars().count() <= 100));
 }
 
+/// Runs that clog at these displacements, and as many that go 60 sigma.
+fn clogs_at(gamma: f64, clogs: &[f64], flowing: usize) -> PointRuns {
+    let ends = clogs.iter().map(|&r| (Outcome::Clogged, r)).chain((0..flowing).map(|_| (Outcome::Distance, 60.0)));
+    let run = |(seed, (outcome, r_end)): (usize, (Outcome, f64))| FinishedRun {
+        seed: seed as u64,
+        outcome,
+        r_end,
+        t_end: 1.0,
+        v_g_mean: None,
+        mechanism: None,
+    };
+    point_runs(ring(gamma), ends.enumerate().map(run).collect())
+}
+
+#[test]
+fn a_lambda_from_one_or_two_clogs_bears_a_mark_that_says_how_little_it_is_worth() {
+    let points = [clogs_at(1.0, &[0.5], 2), clogs_at(2.0, &[0.5, 1.0], 2), clogs_at(3.0, &[0.5, 20.0, 31.0], 2)];
+    let text = decay_lengths(&fit_all(&points));
+    let marked: Vec<_> = text.lines().map(|line| line.contains("† ")).collect();
+    let row = |gamma: &str| text.lines().position(|line| line.trim_start().starts_with(gamma)).unwrap();
+    assert_eq!(["1 ", "2 ", "3 "].map(|gamma| marked[row(gamma)]), [true, true, false], "{text}");
+    let rows: Vec<_> = ["1 ", "2 ", "3 "].map(|gamma| text.lines().nth(row(gamma)).unwrap().chars().count()).to_vec();
+    assert!(rows.windows(2).all(|pair| pair[0] == pair[1]), "a mark shifts no column: {text}");
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("from 0.23 to 18 times the value shown, two clogs from 0.32 to 6 times"), "{words}");
+    let interval = |clogs: usize| {
+        let life = |clogged| Lifetime { r: 1.0, clogged };
+        match maximum_likelihood(&Lifetimes::new(vec![life(true); clogs])) {
+            DecayLength::Measured { low, high, .. } => [low, high],
+            other => panic!("{other:?}"),
+        }
+    };
+    let near = |[low, high]: [f64; 2], [a, b]: [f64; 2]| (low / a - 1.0).abs() < 0.03 && (high / b - 1.0).abs() < 0.03;
+    assert!(near(interval(1), [0.23, 18.0]) && near(interval(2), [0.32, 6.0]));
+    assert!(!decay_lengths(&fit_all(&points[2..])).contains('†'), "no mark, no sentence about it");
+}
+
+#[test]
+fn estimates_ten_times_apart_are_marked_however_many_clogs_there_are_and_keep_their_digits() {
+    let points = [clogs_at(1.0, &[0.1, 0.11, 0.12, 0.13], 1)];
+    let fit = lambda_fit(&points[0]);
+    let (lambda, least_squares) = (fit.lambda.unwrap(), fit.lambda_least_squares.unwrap());
+    assert!(lambda > 10.0 * least_squares, "{lambda} {least_squares}");
+    let text = decay_lengths(&fit_all(&points));
+    let row = text.lines().find(|line| line.contains('†')).unwrap();
+    assert!(row.contains(&format!("{least_squares:.2}")), "{least_squares}: {row}");
+}
+
 #[test]
 fn tables_of_nothing_say_so() {
     assert_eq!(decay_lengths(&[]), "Decay lengths: no grid point has finished runs yet.\n");

@@ -34,6 +34,35 @@ fn a_campaign_runs_to_its_tables_and_then_has_nothing_left_to_do() {
 }
 
 #[test]
+fn tables_say_that_they_use_more_runs_than_the_campaign_asks_for() {
+    let folder = folder();
+    let dir = folder.path();
+    let text = |output: std::process::Output| String::from_utf8(output.stdout).unwrap();
+    let whole = text(expect(0, dir, &["run", "small.toml"]));
+    assert!(!whole.contains("asks for"), "{whole}");
+    fs::write(dir.join("small.toml"), CAMPAIGN.replace("runs_per_point = 4", "runs_per_point = 3")).unwrap();
+    let fewer = text(expect(0, dir, &["run", "small.toml"]));
+    assert!(fewer.starts_with(&whole), "the tables are the same\n{fewer}");
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words(&fewer).contains("At 2 of 4 points that is 4 runs, of which this campaign asks for 3."), "{fewer}");
+    // Other seeds are further seeds, whatever their number.
+    let other = CAMPAIGN.replace("runs_per_point = 4", "first_seed = 2\nruns_per_point = 4");
+    fs::write(dir.join("small.toml"), other).unwrap();
+    let other = text(expect(0, dir, &["run", "small.toml"]));
+    let told = "At 4 of 4 points that is 6 to 10 runs, of which this campaign asks for 4 to 8.";
+    assert!(words(&other).contains(told), "{other}");
+    // `fit` is asked for all that there is.
+    assert!(!text(expect(0, dir, &["fit"])).contains("asks for"));
+    // Seeds that `until` may add are asked for.
+    let until = CAMPAIGN
+        .replace("runs_per_point = 8", "runs_per_point = 2")
+        .replace("runs_per_point = 4", "runs_per_point = 2");
+    let until = until.replacen("\n[limits]", "until = { relative_error = 1.0, max_runs = 10 }\n[limits]", 1);
+    fs::write(dir.join("small.toml"), until).unwrap();
+    assert!(!text(expect(0, dir, &["run", "small.toml"])).contains("asks for"));
+}
+
+#[test]
 fn results_do_not_depend_on_threads_or_instruction_sets() {
     let folder = folder();
     let dir = folder.path();

@@ -63,6 +63,8 @@ fn seeds_are_added_in_doubling_rounds_until_the_interval_is_narrow_or_there_are_
     run(dir, "cut", "1");
     assert_eq!(ask(dir, "cut", COUNTS), ask(dir, "whole", COUNTS));
     assert_eq!(results(dir, "cut"), results(dir, "whole"));
+    let blocks = ask(dir, "whole", "select distinct block from runs");
+    assert_eq!(blocks, "block\nrounds\n", "a block keeps its name however many rounds it has");
 
     // A better answer costs the further rounds alone.
     fs::write(dir.join("rounds.toml"), CAMPAIGN.replace("relative_error = 0.3", "relative_error = 0.2")).unwrap();

@@ -3,10 +3,16 @@
 
 #[path = "store/check.rs"]
 mod check;
+#[path = "store/clients.rs"]
+mod clients;
+#[path = "store/columns.rs"]
+mod columns;
 #[path = "store/compact.rs"]
 mod compact;
 #[path = "store/crash.rs"]
 mod crash;
+#[path = "store/export.rs"]
+mod export;
 #[path = "store/make.rs"]
 mod make;
 #[path = "store/query.rs"]

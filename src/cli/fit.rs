@@ -3,10 +3,12 @@
 use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit, store_here};
 use crate::parameters::PointId;
-use crate::report::tables::{decay_lengths, mean_speeds};
+use crate::report::tables::{decay_lengths, further_runs, mean_speeds};
 use crate::store::{Store, point_runs, save_fits};
 use crate::study::fits::fit_all;
+use std::collections::HashMap;
 use std::error::Error;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fit`.
@@ -19,14 +21,17 @@ pub(super) struct Arguments {
 impl Arguments {
     /// Runs the subcommand.
     pub(super) fn run(&self) -> CommandResult {
-        print(&tables(&store_here(self.store.as_deref())?, |_| true)?)?;
+        print(&tables(&store_here(self.store.as_deref())?, None)?)?;
         Ok(Exit::Done)
     }
 }
 
-/// Fits every point of the store in `dir`, saves the fits there, and returns the tables of those points that are
-/// `wanted`.
-pub(super) fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
+/// The seeds that a campaign asks for, by point.
+pub(super) type Asked = HashMap<PointId, Range<u64>>;
+
+/// Fits every point of the store in `dir`, saves the fits there, and returns the tables: of all points, or of those
+/// that a campaign asks for.
+pub(super) fn tables(dir: &Path, asked: Option<&Asked>) -> Result<String, Box<dyn Error>> {
     if crate::store::open_reading(dir)?.is_none() {
         return Err(crate::store::StoreError::Missing(dir.to_owned()).into());
     }
@@ -36,6 +41,7 @@ pub(super) fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<Str
     let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
     let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
     save_fits(&mut store, &lambdas, &speeds)?;
-    fits.retain(|fit| wanted(fit.point.point_id));
-    Ok(format!("{}\n{}", decay_lengths(&fits), mean_speeds(&fits)))
+    fits.retain(|fit| asked.is_none_or(|asked| asked.contains_key(&fit.point.point_id)));
+    let further = asked.map(|asked| further_runs(&fits, asked)).unwrap_or_default();
+    Ok(format!("{}\n{}{further}", decay_lengths(&fits), mean_speeds(&fits)))
 }

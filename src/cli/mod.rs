@@ -6,6 +6,7 @@ mod calibrate;
 mod check;
 mod deadline;
 mod effort;
+mod export;
 mod fit;
 mod plan;
 mod progress;
@@ -48,6 +49,8 @@ enum Command {
     Status(status::Arguments),
     /// Ask a store in SQL
     Query(query::Arguments),
+    /// Write all tables as files for pandas, polars, DuckDB, R: Parquet or CSV, with a manifest
+    Export(export::Arguments),
     /// Fit decay lengths and mean speeds to all finished runs
     Fit(fit::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
@@ -83,6 +86,7 @@ impl Cli {
             Command::Plan(arguments) => arguments.run(),
             Command::Status(arguments) => arguments.run(),
             Command::Query(arguments) => arguments.run(),
+            Command::Export(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
             Command::Check(arguments) => arguments.run(self.quiet),

@@ -3,12 +3,12 @@
 use crate::campaign::durations;
 use crate::campaign::file::Campaign;
 use crate::cli::effort::{Effort, tell_stopped};
+use crate::cli::fit::Asked;
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, typed};
 use crate::cli::{CommandResult, Exit, fit};
 use crate::execute::{self, Options, Retry, RunReport};
 use crate::results::trajectory::FailureClass;
-use std::collections::HashSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -46,8 +46,7 @@ impl Arguments {
                 return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
             }
         };
-        let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
-        print(&fit::tables(&dir, |id| mine.contains(&id))?)?;
+        print(&fit::tables(&dir, Some(&asked(&campaign)))?)?;
         let (exit, how) = if failed > 0 {
             let query = format!("meniscus query {} \"select * from failures\"", typed(&dir));
             (Exit::FailedJobs, format!("{done} jobs are done, {failed} failed; see them with: {query}"))
@@ -59,6 +58,20 @@ impl Arguments {
         }
         Ok(exit)
     }
+}
+
+/// The seeds that a campaign may ask for at each point, of all blocks that have it.
+fn asked(campaign: &Campaign) -> Asked {
+    let mut asked = Asked::new();
+    for block in &campaign.blocks {
+        let most = block.until.map_or(0, |until| block.seeds.start + until.max_runs);
+        let seeds = block.seeds.start..block.seeds.end.max(most);
+        for &point in &block.point_ids {
+            let all = asked.entry(point).or_insert_with(|| seeds.clone());
+            *all = all.start.min(seeds.start)..all.end.max(seeds.end);
+        }
+    }
+    asked
 }
 
 fn parse_retry(text: &str) -> Result<Retry, String> {

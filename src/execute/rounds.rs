@@ -90,10 +90,5 @@ fn by_runs(block: &Block, runs: impl Fn(&Arc<Point>, PointId) -> u64) -> Vec<Blo
         part.points.push(point.clone());
         part.point_ids.push(id);
     }
-    if parts.len() > 1 {
-        for (runs, part) in &mut parts {
-            part.name = format!("{}, {runs} runs a point", block.name);
-        }
-    }
     parts.into_values().collect()
 }

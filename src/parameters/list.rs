@@ -1,7 +1,8 @@
 //! The list of parameters. Campaign files, the columns of the store, captions, tables and messages all read it.
 //!
-//! A new parameter needs a field of [`Point`], or of one of its parts, and a row here. The order of the rows is that of
-//! tables and messages. Model and scene come first, because they settle which parts a point has.
+//! A new parameter needs a field of [`Point`], or of one of its parts, a row here, and a column of `points` and of the
+//! views (`migrations/`). The order of the rows is that of tables and messages. Model and scene come first, because they
+//! settle which parts a point has.
 
 use crate::parameters::interval::{above, at_least, between};
 use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
@@ -56,26 +57,26 @@ macro_rules! field {
 #[rustfmt::skip]
 pub static PARAMETERS: &[Parameter] = &[
     parameter("model", "deformable (DP) or soft (SP) particle", MODEL)
-        .choice(&["DP", "SP"]).required().column(),
+        .choice(&["DP", "SP"]).required(),
     parameter("scene", "where the droplet moves", SCENE)
-        .choice(&["obstacles", "channel", "plate", "disc"]).required().column(),
+        .choice(&["obstacles", "channel", "plate", "disc"]).required(),
 
     parameter("gamma", "line tension", field!(ring.gamma))
-        .of(DP).number(between(1e-3, 100.0)).unit("g rho sigma^2").column().caption(),
+        .of(DP).number(between(1e-3, 100.0)).unit("g rho sigma^2").caption(),
     parameter("bond", "Bond number, rho g sigma^2 over the tension, in place of gamma", BOND)
         .of(DP).number(between(1e-2, 1e3)).instead_of("gamma"),
     parameter("kappa", "perimeter stiffness over line tension", field!(ring.kappa))
-        .of(DP).number_or("auto", between(0.0, 10.0)).column().caption()
+        .of(DP).number_or("auto", between(0.0, 10.0)).caption()
         .auto("1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
     parameter("k_a", "area stiffness", field!(ring.k_a))
-        .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma").column(),
+        .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma"),
     parameter("n_vertices", "vertices of the ring", field!(ring.n_vertices))
-        .of(DP).whole(between(8.0, 4096.0)).default(256.0).column().caption(),
+        .of(DP).whole(between(8.0, 4096.0)).default(256.0).caption(),
     parameter("e_w", "wall stiffness of the whole ring", field!(ring.e_w))
-        .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma").column()
+        .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma")
         .auto("1e6 in channels, 1e4 elsewhere"),
     parameter("e_w", "wall stiffness of the point", field!(soft.e_w))
-        .of(SP).number(POSITIVE.up_to(1e4)).unit("g rho sigma^3").column().caption(),
+        .of(SP).number(POSITIVE.up_to(1e4)).unit("g rho sigma^3").caption(),
     parameter("delta", "vertex diameter", field!(ring.delta))
         .of(DP).number(POSITIVE.below(0.5)).default(std::f64::consts::PI / 256.0).unit("sigma"),
     parameter("eps", "smoothing of the edge length", field!(ring.eps))
@@ -92,16 +93,16 @@ pub static PARAMETERS: &[Parameter] = &[
         .of(DP).choice(Engulfed::NAMES),
 
     parameter("w_ob", "smallest gap between two obstacles", field!(array.w_ob))
-        .of(OBSTACLES).number(at_least(0.0)).unit("sigma").column().caption(),
+        .of(OBSTACLES).number(at_least(0.0)).unit("sigma").caption(),
     parameter("sigma_ob", "diameter of an obstacle", field!(array.sigma_ob))
-        .of(OBSTACLES).number(POSITIVE).unit("sigma").column().caption(),
+        .of(OBSTACLES).number(POSITIVE).unit("sigma").caption(),
     parameter("density", "obstacles per sigma^2", field!(array.density))
-        .of(OBSTACLES).number_or("saturated", POSITIVE).column().caption(),
+        .of(OBSTACLES).number_or("saturated", POSITIVE).caption(),
     parameter("box_size", "side of the periodic box", field!(array.box_size))
         .of(OBSTACLES).number(between(20.0, 5000.0)).default(500.0).unit("sigma"),
 
     parameter("w", "width of the orifice", field!(channel.w))
-        .of(CHANNEL).number(POSITIVE.up_to(100.0)).unit("sigma").column().caption(),
+        .of(CHANNEL).number(POSITIVE.up_to(100.0)).unit("sigma").caption(),
     parameter("angle", "rise of the wedges from the axis", field!(channel.angle))
         .of(CHANNEL).number(between(5.0, 85.0)).default(45.0).unit("degrees").caption(),
     parameter("tip_radius", "radius of the rounded tips", field!(channel.tip_radius))
@@ -112,7 +113,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .of(CHANNEL).number(between(0.1, 1000.0)).default(3.0).unit("sigma"),
 
     parameter("sigma_ob", "diameter of the disc", field!(disc.sigma_ob))
-        .of(DISC).number(POSITIVE).unit("sigma").column().caption(),
+        .of(DISC).number(POSITIVE).unit("sigma").caption(),
     parameter("offset", "how far beside the axis of the disc the centroid starts", field!(disc.offset))
         .of(DISC).number(between(-100.0, 100.0)).default(0.0).unit("sigma").caption(),
     parameter("h_start", "where the centroid starts", field!(disc.h_start))
@@ -121,16 +122,16 @@ pub static PARAMETERS: &[Parameter] = &[
         .of(DISC).number(between(0.1, 1000.0)).default(3.0).unit("sigma"),
 
     parameter("v_t", "terminal speed of the free droplet", field!(point.v_t))
-        .number(POSITIVE.up_to(10.0)).default(0.03).unit("sqrt(g sigma)").column().caption(),
+        .number(POSITIVE.up_to(10.0)).default(0.03).unit("sqrt(g sigma)").caption(),
     parameter("b0", "near-wall drag over b_inf", field!(point.b0))
-        .number(between(0.0, 10.0)).default(0.0).column(),
+        .number(between(0.0, 10.0)).default(0.0),
     parameter("alpha", "exponent of the near-wall drag", ALPHA)
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
-        .choice(IntegratorChoice::NAMES).column()
+        .choice(IntegratorChoice::NAMES)
         .auto("the implicit one where it costs less than half of Verlet's time"),
     parameter("dt", "time step", field!(point.stepping.dt))
-        .number_or("auto", POSITIVE).unit("t0").column()
+        .number_or("auto", POSITIVE).unit("t0")
         .auto("up to 0.001 and 0.8 of Verlet's stability limit; 1/16 or less for the implicit integrator"),
     parameter("t_max", "longest simulated time", field!(point.limits.t_max))
         .limit().number(POSITIVE).default(2e5).unit("t0"),
@@ -154,10 +155,10 @@ pub fn value(point: &Point, name: &str) -> Option<Value> {
     rows(name).find_map(|parameter| parameter.get(point))
 }
 
-/// The parameters that are columns of `runs`, each once.
+/// All parameters, each once: they are columns of `runs`.
 pub fn columns() -> impl Iterator<Item = &'static Parameter> {
     let first = |parameter: &&Parameter| rows(parameter.name).next().is_some_and(|row| std::ptr::eq(row, *parameter));
-    PARAMETERS.iter().filter(|parameter| parameter.is_column).filter(first)
+    PARAMETERS.iter().filter(first)
 }
 
 /// Setting the model sets its name only: its numbers are NaN until their own rows set them.

@@ -58,8 +58,6 @@ pub struct Parameter {
     pub instead_of: Option<&'static str>,
     /// Whether campaign files write it under `[limits]`, rather than at the top.
     pub is_limit: bool,
-    /// Whether it is a column of `runs`.
-    pub is_column: bool,
     /// Whether captions name it.
     pub in_captions: bool,
     /// How it is read from a point and written into one.
@@ -235,7 +233,6 @@ pub(super) const fn parameter(name: &'static str, about: &'static str, field: Fi
         auto: "",
         instead_of: None,
         is_limit: false,
-        is_column: false,
         in_captions: false,
         field,
     }
@@ -289,10 +286,6 @@ impl Parameter {
 
     pub(super) const fn limit(self) -> Self {
         Self { is_limit: true, ..self }
-    }
-
-    pub(super) const fn column(self) -> Self {
-        Self { is_column: true, ..self }
     }
 
     pub(super) const fn caption(self) -> Self {

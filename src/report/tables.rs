@@ -3,13 +3,15 @@
 //! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
 //! sorted by those columns. The lines under the last table say what the columns mean.
 
-use crate::parameters::{Point, Scene};
+use crate::parameters::{Point, PointId, Scene};
 use crate::report::parameters::split;
 use crate::report::rounding::{lower_bound, significant, to_precision, with_interval};
 use crate::report::text_table::{NOTHING, TextTable};
 use crate::results::fits::{LambdaFit, SpeedAverage};
 use crate::results::trajectory::Mechanism;
 use crate::study::fits::FittedPoint;
+use std::collections::HashMap;
+use std::ops::Range;
 
 /// Below this probability a row is marked.
 const DOUBTFUL: f64 = 0.05;
@@ -28,6 +30,10 @@ w/s/h      how the clogs hold: wrap, squeeze, hybrid, in percent
 for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs
 ";
 
+const HARDLY_KNOWN: &str = "\
+† lambda is hardly known: it comes from one or two clogs, or the two estimates are ten times apart. One clog leaves it \
+anywhere from 0.23 to 18 times the value shown, two clogs from 0.32 to 6 times. More runs help.";
+
 const SPEED_NOTE: &str = "\
 <v_g>/V_t  speed after the start-up, mean over the flowing runs: those that ended without a clog
 [a, b]     95% studentised bootstrap interval of that mean; from 5 flowing runs on
@@ -36,7 +42,7 @@ const SPEED_NOTE: &str = "\
 /// The tables of decay lengths.
 ///
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star. A line below says how many there are, and how many
-/// chance alone would give.
+/// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
     tables("Decay lengths", points, &headers, lambda_cells, lambda_notes)
@@ -48,14 +54,54 @@ pub fn mean_speeds(points: &[FittedPoint]) -> String {
     tables("Mean speeds", points, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
 }
 
+/// What the tables say where the store holds finished runs of points that nobody asked for at present, because an
+/// earlier campaign or a longer form of this one did; nothing where it holds none. `asked` are the seeds asked for.
+pub fn further_runs(points: &[FittedPoint], asked: &HashMap<PointId, Range<u64>>) -> String {
+    let of_campaign = |point: &FittedPoint| {
+        let seeds = asked.get(&point.point.point_id);
+        point.point.runs.iter().filter(|run| seeds.is_none_or(|seeds| seeds.contains(&run.seed))).count()
+    };
+    let counts = points.iter().map(|point| (point.point.runs.len(), of_campaign(point)));
+    let (used, asked): (Vec<usize>, Vec<usize>) = counts.filter(|(used, asked)| used > asked).unzip();
+    if used.is_empty() {
+        return String::new();
+    }
+    let text = format!(
+        "These tables use every finished run that the store holds. At {} of {} points that is {} runs, of which this \
+         campaign asks for {}.",
+        used.len(),
+        points.len(),
+        ends(&used),
+        ends(&asked)
+    );
+    format!("\n{}\n", wrap(&text))
+}
+
+/// `5`, or `4 to 9`.
+fn ends(counts: &[usize]) -> String {
+    match (counts.iter().min(), counts.iter().max()) {
+        (Some(least), Some(most)) if least < most => format!("{least} to {most}"),
+        (Some(all), _) => all.to_string(),
+        (None, _) => String::new(),
+    }
+}
+
+/// Whether the data leave lambda nearly open: one or two clogs, or estimates ten times apart.
+fn is_hardly_known(fit: &LambdaFit) -> bool {
+    let apart = fit.lambda.zip(fit.lambda_least_squares).map(|(a, b)| (a / b).max(b / a));
+    matches!(fit.clogs, 1 | 2) || apart.is_some_and(|ratio| ratio >= 10.0)
+}
+
 fn lambda_cells(row: &FittedPoint) -> Vec<String> {
     let fit: &LambdaFit = &row.lambda;
     let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_owned());
     let (lambda, least_squares) = match (fit.lambda, fit.lambda_low, fit.lambda_high) {
         (Some(lambda), Some(low), Some(high)) => {
             let narrower = (lambda - low).min(high - lambda);
-            let least_squares = fit.lambda_least_squares.map(|x| to_precision(x, narrower));
-            (Some(with_interval(lambda, low, high)), least_squares)
+            // A value far below the interval still shows digits of its own.
+            let least_squares = fit.lambda_least_squares.map(|x| to_precision(x, narrower.min(x)));
+            let mark = if is_hardly_known(fit) { "† " } else { "" };
+            (Some(format!("{mark}{}", with_interval(lambda, low, high))), least_squares)
         }
         (None, Some(low), _) => (Some(lower_bound(low)), None),
         _ => (None, None),
@@ -88,17 +134,22 @@ fn shares(row: &FittedPoint) -> Option<String> {
 }
 
 fn lambda_notes(rows: &[&FittedPoint]) -> String {
+    let mut notes = LAMBDA_NOTE.to_owned();
     let tested: Vec<f64> = rows.iter().filter_map(|row| row.lambda.p_exponential).collect();
     let doubtful = tested.iter().filter(|&&p| p < DOUBTFUL).count();
-    if doubtful == 0 {
-        return LAMBDA_NOTE.to_owned();
+    if doubtful > 0 {
+        let (tested, by_chance) = (tested.len(), significant(DOUBTFUL * tested.len() as f64, 2));
+        notes += &wrap(&format!(
+            "* p < {DOUBTFUL} in {doubtful} of {tested} rows tested, where chance alone gives {by_chance} on average: \
+             there one lambda may not describe P(r)."
+        ));
+        notes += "\n";
     }
-    let (tested, by_chance) = (tested.len(), significant(DOUBTFUL * tested.len() as f64, 2));
-    let footnote = format!(
-        "* p < {DOUBTFUL} in {doubtful} of {tested} rows tested, where chance alone gives {by_chance} on average: \
-         there one lambda may not describe P(r)."
-    );
-    format!("{LAMBDA_NOTE}{}\n", wrap(&footnote))
+    if rows.iter().any(|row| is_hardly_known(&row.lambda)) {
+        notes += &wrap(HARDLY_KNOWN);
+        notes += "\n";
+    }
+    notes
 }
 
 fn speed_cells(speed: &SpeedAverage) -> Vec<String> {

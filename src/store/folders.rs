@@ -21,6 +21,11 @@ pub(super) fn samples_dir(dir: &Path) -> PathBuf {
     dir.join("samples")
 }
 
+/// The folder of sample files that are on their way into `samples/`, or out of it ([`aside`](crate::store::aside)).
+pub(super) fn aside_dir(dir: &Path) -> PathBuf {
+    dir.join("aside")
+}
+
 /// Where the dump of a failed job stands, within the store.
 pub(super) fn dump_path(job: JobId) -> String {
     format!("dumps/{job}.ckpt")

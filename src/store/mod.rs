@@ -4,6 +4,7 @@
 //! NAME.meniscus/
 //!     store.db       SQLite, the authority: points, jobs, outcomes, clogs, the catalogue of sample files
 //!     samples/       Parquet, the recorded time series; a file counts once the catalogue lists it
+//!     aside/         sample files on their way in (being written) or out (merged into others)
 //!     checkpoints/   unfinished trajectories
 //!     dumps/         what failed jobs left to be replayed
 //!     quarantine/    files that were of no use, and what a repair put aside; made when it is needed
@@ -56,6 +57,7 @@
 //! `write/commit.rs` is the heart. Then `schema/` and `migrations/` for the tables, `read/query.rs` for the way out.
 //! Each folder may import those above it: the files here, then `schema`, `read`, `write`, `check`.
 
+mod aside;
 pub mod checkpoint_file;
 mod disk;
 mod error;
@@ -83,6 +85,7 @@ pub use check::{CheckReport, Finding, check, repair};
 pub use error::StoreError;
 pub(crate) use folders::Folders;
 pub use holder::Holder;
+pub use read::export::{ExportedFile, export};
 pub use read::fits::point_runs;
 pub use read::format::Format;
 pub(crate) use read::jobs::find_jobs;

@@ -1,15 +1,20 @@
 //! Recorded time series as Parquet: one file for each batch of jobs, never changed, named by the hash of its bytes.
 //!
-//! The columns are `job_id` (text, dictionary), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64,
-//! null for SP). A row of 64 bytes takes 44 with byte-stream split before zstd and 53 with zstd alone, on smooth
-//! series, and the former is faster; zstd level 3 gains nothing over 1. The rows of a job follow each other. The
-//! catalogue knows the first and how many they are, so that reading one job decodes a page or two of each column.
+//! The columns are `job_id` (text), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null for SP).
+//! The rows of a job follow each other. The catalogue knows the first and how many they are, so that reading one job
+//! decodes a page or two of each column.
+//!
+//! Other programs read these files too, old ones among them (`docs/reading.md`). So numbers are stored plain, texts by
+//! dictionary, and nothing in a file says how Arrow would hold it. A row of 72 bytes takes 40 with zstd level 3 and 43
+//! with level 1. Byte-stream split would bring it to 35, and fastparquet and pyarrow before 13 could not read it. A
+//! dictionary of times gains nothing.
 
 use crate::parameters::JobId;
 use crate::results::trajectory::Samples;
-use crate::store::disk;
 use crate::store::error::StoreError;
-use crate::store::folders::samples_dir;
+use crate::store::folders::{aside_dir, samples_dir};
+use crate::store::schema::columns::{self, Kind};
+use crate::store::{aside, disk};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type};
 use arrow_array::{ArrayRef, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
@@ -17,8 +22,9 @@ use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder, RowSelection,
 };
+use parquet::arrow::arrow_writer::ArrowWriterOptions;
 use parquet::arrow::{ArrowWriter, ProjectionMask};
-use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::{KeyValue, PageIndexPolicy};
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use std::fs::File;
@@ -30,8 +36,9 @@ use std::sync::Arc;
 /// The columns of a sample file and of the table `samples`, in order.
 pub(super) const COLUMNS: [&str; 9] = ["job_id", "t", "r", "h", "y", "v_g", "ek_ratio", "shape", "area_error"];
 
-/// Version of these columns, in the file's metadata under `meniscus_schema` and in the catalogue.
-pub(super) const SCHEMA_VERSION: u32 = 1;
+/// Version of these files, in their metadata under `meniscus_schema` and in the catalogue. Files of version 1 had
+/// byte-stream split, and marks that old readers refuse; this program reads both.
+pub(super) const SCHEMA_VERSION: u32 = 2;
 
 /// Rows of a data page: what reading one job decodes at least.
 pub(super) const PAGE_ROWS: usize = 8 * 1024;
@@ -64,20 +71,21 @@ fn schema() -> SchemaRef {
     Arc::new(Schema::new(fields.collect::<Vec<_>>()))
 }
 
-fn properties() -> WriterProperties {
+fn properties() -> parquet::errors::Result<WriterProperties> {
+    let kind = |index| if index == 0 { Kind::Text } else { Kind::Number };
+    let typed: Vec<_> = COLUMNS.iter().enumerate().map(|(index, name)| (*name, kind(index))).collect();
+    let meaning = columns::in_metadata("samples", &typed);
     let version = KeyValue::new("meniscus_schema".to_owned(), SCHEMA_VERSION.to_string());
-    WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+    Ok(WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
         .set_dictionary_enabled(false)
         .set_column_dictionary_enabled(COLUMNS[0].into(), true)
-        .set_encoding(Encoding::BYTE_STREAM_SPLIT)
-        .set_column_encoding(COLUMNS[0].into(), Encoding::PLAIN)
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_data_page_row_count_limit(PAGE_ROWS)
         .set_write_batch_size(PAGE_ROWS)
         .set_max_row_group_row_count(Some(GROUP_ROWS))
-        .set_key_value_metadata(Some(vec![version]))
-        .build()
+        .set_key_value_metadata(Some(vec![version, meaning]))
+        .build())
 }
 
 /// A file that is hashed while it is written.
@@ -106,20 +114,38 @@ impl Write for HashingFile<'_> {
 ///
 /// When this returns the file is complete, safely on disk and under its name. Nobody reads it before it is catalogued.
 pub(super) fn write(dir: &Path, jobs: &[(JobId, &Samples)]) -> Result<SampleFile, StoreError> {
-    write_with(dir, |writer| write_rows(writer, jobs))
+    let written = write_half(dir, |writer| write_rows(writer, jobs))?;
+    disk::rename(&half(dir), &dir.join(&written.path))?;
+    disk::sync_folder(&samples_dir(dir))?;
+    Ok(written)
 }
 
 /// What writes the rows of a new file.
 pub(super) type RowWriter<'a, 'b> = ArrowWriter<&'a mut HashingFile<'b>>;
 
-/// Writes whatever rows `fill` writes as a new file of the store in `dir`, as [`write`] does.
-pub(super) fn write_with(
+/// Writes whatever rows `fill` writes as a new file of the store in `dir`. When this returns the file is complete and
+/// safely on disk, but still aside.
+pub(super) fn write_aside(
     dir: &Path,
     fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
 ) -> Result<SampleFile, StoreError> {
-    let folder = samples_dir(dir);
-    // There is one writer, so one half-written file: the next attempt replaces it, or the next opening removes it.
-    let half = folder.join("batch.tmp");
+    let written = write_half(dir, fill)?;
+    disk::rename(&half(dir), &aside::places(dir, &written.path)[1])?;
+    disk::sync_folder(&aside_dir(dir))?;
+    Ok(written)
+}
+
+/// There is one writer, so one half-written file: the next attempt replaces it, or the next opening removes it.
+fn half(dir: &Path) -> PathBuf {
+    aside_dir(dir).join("batch.tmp")
+}
+
+/// Writes a new file whose bytes are safely on disk, but which has no name of its own yet.
+fn write_half(
+    dir: &Path,
+    fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
+) -> Result<SampleFile, StoreError> {
+    let half = half(dir);
     let mut written =
         HashingFile { file: disk::create(&half)?, path: &half, hasher: blake3::Hasher::new(), errno: None };
     let rows = write_all(&mut written, fill).map_err(|error| match written.errno {
@@ -130,8 +156,6 @@ pub(super) fn write_with(
     let bytes = written.file.metadata().map_err(StoreError::io(&half))?.len();
     let checksum = written.hasher.finalize().to_hex();
     let path = format!("samples/{}.parquet", &checksum[..20]);
-    disk::rename(&half, &dir.join(&path))?;
-    disk::sync_folder(&folder)?;
     Ok(SampleFile { path, rows, bytes, checksum: checksum.to_string() })
 }
 
@@ -140,7 +164,8 @@ fn write_all(
     file: &mut HashingFile<'_>,
     fill: impl FnOnce(&mut RowWriter<'_, '_>) -> parquet::errors::Result<()>,
 ) -> parquet::errors::Result<u64> {
-    let mut writer = ArrowWriter::try_new(file, schema(), Some(properties()))?;
+    let options = ArrowWriterOptions::new().with_properties(properties()?).with_skip_arrow_metadata(true);
+    let mut writer = ArrowWriter::try_new_with_options(file, schema(), options)?;
     fill(&mut writer)?;
     Ok(writer.close()?.file_metadata().num_rows() as u64)
 }
@@ -190,22 +215,25 @@ fn to_arrow(jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<RecordBatch> 
 /// A sample file whose footer is read: cheap to clone, ready to read rows.
 #[derive(Clone, Debug)]
 pub(super) struct OpenFile {
-    path: PathBuf,
+    dir: PathBuf,
+    path: String,
     metadata: ArrowReaderMetadata,
 }
 
 impl OpenFile {
-    /// Reads the footer and the page index of the file at `path`.
-    pub(super) fn open(path: PathBuf) -> Result<Self, StoreError> {
-        let file = File::open(&path).map_err(StoreError::io(&path))?;
-        let options = ArrowReaderOptions::new().with_offset_index_policy(PageIndexPolicy::Optional);
-        let metadata = ArrowReaderMetadata::load(&file, options).map_err(StoreError::parquet(&path))?;
-        Ok(Self { path, metadata })
+    /// Reads the footer and the page index of the file that the catalogue of the store in `dir` calls `path`.
+    pub(super) fn open(dir: &Path, path: &str) -> Result<Self, StoreError> {
+        let file = aside::open(dir, path)?;
+        // The same Arrow types for files of every version, whatever they say themselves.
+        let options =
+            ArrowReaderOptions::new().with_schema(schema()).with_offset_index_policy(PageIndexPolicy::Optional);
+        let metadata = ArrowReaderMetadata::load(&file, options).map_err(StoreError::parquet(&dir.join(path)))?;
+        Ok(Self { dir: dir.to_owned(), path: path.to_owned(), metadata })
     }
 
     /// The file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
+    pub(super) fn path(&self) -> PathBuf {
+        self.dir.join(&self.path)
     }
 
     /// Rows in the file.
@@ -215,7 +243,7 @@ impl OpenFile {
 
     /// Reads the rows `rows` of the columns whose bit is set in `columns` (bit 0 is `job_id`), in batches.
     pub(super) fn read(&self, rows: Range<usize>, columns: u64) -> Result<ParquetRecordBatchReader, StoreError> {
-        let file = File::open(&self.path).map_err(StoreError::io(&self.path))?;
+        let file = aside::open(&self.dir, &self.path)?;
         let wanted = (0..COLUMNS.len()).filter(|column| columns >> column & 1 == 1);
         let projection = ProjectionMask::leaves(self.metadata.parquet_schema(), wanted);
         let (groups, within) = self.groups(rows);
@@ -227,7 +255,7 @@ impl OpenFile {
             .with_projection(projection)
             .with_batch_size(within.len().clamp(1, CHUNK_ROWS))
             .build()
-            .map_err(StoreError::parquet(&self.path))
+            .map_err(StoreError::parquet(&self.path()))
     }
 
     /// The row groups that hold `rows`, and where `rows` lie within those.

@@ -76,7 +76,7 @@ pub fn corpus() -> Vec<Files> {
     let point = point();
     let fill = |seeds: std::ops::Range<u64>| {
         let mut store = Store::open(dir.path()).unwrap();
-        let planned = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..6 }];
+        let planned = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..6, block: "test" }];
         store.register(&CampaignRecord { name: "any", text: "name = \"any\"" }, &planned).unwrap();
         let writer = Writer::spawn(store, WriterOptions { outcomes: 2, ..WriterOptions::default() }).unwrap();
         for seed in seeds {

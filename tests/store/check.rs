@@ -257,6 +257,7 @@ fn rows_that_contradict_each_other_are_found_kept_and_computed_again() {
         "UPDATE jobs SET seed = 77 WHERE key = 5",
         "UPDATE jobs SET state = 'failed' WHERE key = 6",
         "UPDATE points SET gamma = 0.25 WHERE model = 'DP'",
+        "UPDATE points SET saturated = 1 - saturated, box_size = 70.0",
         "UPDATE points SET spec = replace(spec, '0.3', '0.4') WHERE model = 'SP'",
         "DELETE FROM jobs WHERE key = 7",
         "DELETE FROM points WHERE key = 1",
@@ -267,7 +268,7 @@ fn rows_that_contradict_each_other_are_found_kept_and_computed_again() {
         "UPDATE sample_index SET row_count = 8 WHERE job = 2",
         "UPDATE sample_index SET row_count = 80 WHERE job = 4",
         "UPDATE sample_index SET first_row = 9 - first_row WHERE job IN (1, 2)",
-        "INSERT INTO lambda_rows VALUES (77, 1, 1, 1, 1, 1, 1, 1, 1)",
+        "INSERT INTO lambda_rows (point, runs, clogs) VALUES (77, 1, 1)",
         "UPDATE jobs SET job_id = 'ffffffffffffffffffff' WHERE key = 9",
         "DROP INDEX jobs_by_state",
         "DROP VIEW runs",
@@ -303,7 +304,7 @@ fn what_a_crash_left_is_found_and_a_lost_database_costs_no_file() {
     sound(dir.path());
     let expected = results(dir.path());
     std::fs::copy(sample_file(dir.path()), dir.path().join("samples/0123456789abcdef0123.parquet")).unwrap();
-    std::fs::write(dir.path().join("samples/batch.tmp"), b"PAR1").unwrap();
+    std::fs::write(dir.path().join("aside/batch.tmp"), b"PAR1").unwrap();
     assert_eq!(check(dir.path()).unwrap().findings.len(), 2);
     repair(dir.path()).unwrap();
     assert_eq!(std::fs::read_dir(dir.path().join("quarantine")).unwrap().count(), 2);

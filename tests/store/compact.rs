@@ -2,6 +2,9 @@
 
 use super::make::*;
 use meniscus::store::{Format, Store, Writer, WriterOptions, check, query};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::RowAccessor;
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
@@ -71,8 +74,76 @@ fn a_query_that_is_open_while_its_files_are_merged_gets_all_its_rows() {
     assert!(String::from_utf8(reader.seen).unwrap() == expected, "what the query saw when it began");
     let after = csv(dir.path(), "SELECT path FROM sample_files");
     assert!(before.iter().all(|path| !after.contains(path)), "the files were merged meanwhile");
-    assert!(before.iter().all(|path| dir.path().join(path).exists()), "and waited for their reader");
+    let aside = |path: &String| dir.path().join(path.replace("samples/", "aside/"));
+    assert!(before.iter().all(|path| aside(path).exists()), "and waited for their reader");
+    assert_eq!(files(dir.path()), after.len(), "elsewhere than in samples/");
     drop(Store::open(dir.path()).unwrap());
-    assert_eq!(files(dir.path()), after.len(), "now they are gone");
+    assert!(!before.iter().any(|path| aside(path).exists()), "now they are gone");
+    assert_eq!(check(dir.path()).unwrap().findings, []);
+}
+
+/// The rows of each job in all files of `samples/`, as another program sees them; `None` if a file went away meanwhile.
+fn listed(dir: &Path) -> Option<HashMap<String, usize>> {
+    let mut rows = HashMap::new();
+    let names: Vec<_> = std::fs::read_dir(dir.join("samples")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let open: Vec<_> = names.iter().map(std::fs::File::open).collect::<Result<_, _>>().ok()?;
+    for file in open {
+        let reader = SerializedFileReader::new(file).expect("every file there is whole");
+        for row in reader.get_row_iter(None).unwrap() {
+            *rows.entry(row.unwrap().get_string(0).unwrap().clone()).or_default() += 1;
+        }
+    }
+    Some(rows)
+}
+
+#[test]
+fn a_listing_of_samples_never_shows_a_row_twice_nor_a_file_that_is_not_whole() {
+    let dir = scratch();
+    let done = std::sync::atomic::AtomicBool::new(false);
+    drop(Store::open(dir.path()).unwrap());
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            commit_one_by_one(dir.path(), 0..60);
+            done.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        while !done.load(std::sync::atomic::Ordering::Relaxed) {
+            let rows = listed(dir.path()).unwrap_or_default();
+            assert!(rows.values().all(|count| *count == ROWS), "{rows:?}");
+        }
+    });
+    assert_eq!(listed(dir.path()).unwrap().len(), 60);
+}
+
+#[test]
+fn a_stalled_reader_keeps_no_superseded_file_in_the_folder() {
+    let dir = scratch();
+    commit_one_by_one(dir.path(), 0..3);
+    let meanwhile = || {
+        commit_one_by_one(dir.path(), 3..9);
+        let rows = listed(dir.path()).unwrap();
+        assert_eq!((rows.len(), rows.values().sum::<usize>()), (9, 9 * ROWS));
+    };
+    let mut reader = Interrupted { seen: Vec::new(), meanwhile: Some(meanwhile) };
+    query(dir.path(), "SELECT * FROM samples", Format::Csv, &mut reader).unwrap();
+    assert!(reader.meanwhile.is_none());
+}
+
+#[test]
+fn a_crash_in_the_middle_of_a_swap_is_finished_by_the_next_opening_and_read_rightly_before() {
+    let dir = scratch();
+    drop(filled(dir.path(), &[ring(1.0)], 6, ROWS, 2));
+    let expected = csv(dir.path(), "SELECT * FROM samples");
+    let paths = csv(dir.path(), "SELECT path FROM sample_files ORDER BY key");
+    // The catalogue names a merged file that has not entered the folder, and a superseded one is still in it.
+    let (path, aside) = (dir.path().join(&paths[1]), dir.path().join(paths[1].replace("samples/", "aside/")));
+    std::fs::copy(&path, dir.path().join("samples/00000000000000000000.parquet")).unwrap();
+    std::fs::rename(&path, &aside).unwrap();
+    assert_eq!(csv(dir.path(), "SELECT * FROM samples"), expected);
+    let problems: Vec<_> = check(dir.path()).unwrap().findings.into_iter().map(|finding| finding.problem).collect();
+    assert_eq!(problems, ["it belongs to no outcome: a crash left it"]);
+    drop(Store::open(dir.path()).unwrap());
+    assert!(path.exists() && !aside.exists());
+    assert_eq!(files(dir.path()), 3);
+    assert_eq!(csv(dir.path(), "SELECT * FROM samples"), expected);
     assert_eq!(check(dir.path()).unwrap().findings, []);
 }

@@ -19,7 +19,7 @@ fn a_batch_killed_half_way_leaves_no_half_row() {
     let (rows, files) = (csv(dir.path(), "SELECT * FROM samples"), sample_files(dir.path()));
     // Killed while the samples were written, and killed between their rename and the commit.
     let folder = dir.path().join("samples");
-    std::fs::write(folder.join("batch.tmp"), b"PAR1 and no footer").unwrap();
+    std::fs::write(dir.path().join("aside/batch.tmp"), b"PAR1 and no footer").unwrap();
     std::fs::copy(folder.join(&files[0]), folder.join("00000000000000000000.parquet")).unwrap();
     assert_eq!(csv(dir.path(), "SELECT * FROM samples"), rows, "a reader sees catalogued files alone");
     drop(Store::open(dir.path()).unwrap());
@@ -99,7 +99,7 @@ fn a_writer_that_cannot_save_gives_up_with_the_count_and_takes_no_more() {
 /// Every write to this file finds the disk full.
 #[cfg(target_os = "linux")]
 fn fill_the_disk(dir: &Path) -> std::path::PathBuf {
-    let half_written = dir.join("samples/batch.tmp");
+    let half_written = dir.join("aside/batch.tmp");
     std::os::unix::fs::symlink("/dev/full", &half_written).unwrap();
     half_written
 }

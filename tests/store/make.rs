@@ -108,8 +108,10 @@ pub fn scratch() -> tempfile::TempDir {
 
 /// Registers `seeds` runs of each point under the campaign `test`; returns how many were new.
 pub fn register(store: &mut Store, points: &[Point], seeds: u64) -> usize {
-    let plan: Vec<_> =
-        points.iter().map(|point| PlannedPoint { point, point_id: point.id(), seeds: 0..seeds }).collect();
+    let plan: Vec<_> = points
+        .iter()
+        .map(|point| PlannedPoint { point, point_id: point.id(), seeds: 0..seeds, block: "test" })
+        .collect();
     store.register(&CampaignRecord { name: "test", text: "name = \"test\"" }, &plan).unwrap().new_jobs
 }
 

@@ -25,7 +25,7 @@ fn the_rest_takes_as_long_compared_with_its_cost_as_what_is_done() {
     assert_eq!(time_left(dir.path(), stiffness).unwrap(), None, "no store");
     let (dear, cheap) = (soft(90.0), soft(1.0));
     let mut store = Store::open(dir.path()).unwrap();
-    let plan = [&dear, &cheap].map(|point| PlannedPoint { point, point_id: point.id(), seeds: 0..10 });
+    let plan = [&dear, &cheap].map(|point| PlannedPoint { point, point_id: point.id(), seeds: 0..10, block: "test" });
     let campaign = store.register(&CampaignRecord { name: "test", text: "" }, &plan).unwrap().campaign;
     let run = Provenance { program_version: "0.1", git_commit: "c", rustc: "r", cpu_features: "f", campaign };
     let begin = Instant::now();

@@ -26,7 +26,7 @@ fn a_seed_that_sqlite_cannot_hold_is_refused_before_anything_is_added() {
     let dir = tempfile::tempdir().unwrap();
     let mut store = Store::open(dir.path()).unwrap();
     let point = soft(1.0);
-    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: u64::MAX - 1..u64::MAX }];
+    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: u64::MAX - 1..u64::MAX, block: "test" }];
     let refused = store.register(&CampaignRecord { name: "a", text: "" }, &plan);
     assert!(matches!(refused, Err(StoreError::SeedTooLarge(_))));
     assert_eq!(csv(dir.path(), "SELECT count(*) FROM campaigns"), ["0"]);
@@ -211,10 +211,13 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     save_fits(&mut store, &[old], &[]).unwrap();
     save_fits(&mut store, &[(id, fit)], &[(id, average)]).unwrap();
     assert_eq!(
-        csv(dir.path(), "SELECT * FROM lambda_fits"),
-        [
-            "DP,obstacles,1.0,10000.0,0.2,0.3,saturated,0.0,0.03,10000.0,0.001,256,0.001,3,1,24.0,12.0,,,0.5,400,1.0,0.0,0.0"
-        ]
+        csv(
+            dir.path(),
+            "SELECT model, scene, gamma, e_w, w_ob, sigma_ob, saturated, k_a, n_vertices, runs, clogs, lambda,
+                    lambda_low, lambda_high, p_exponential, runs_for_ten_percent, wrap_share, hybrid_share
+             FROM lambda_fits"
+        ),
+        ["DP,obstacles,1.0,10000.0,0.2,0.3,1,10000.0,256,3,1,24.0,12.0,,0.5,400,1.0,0.0"]
     );
     assert_eq!(
         csv(dir.path(), "SELECT gamma, runs, flowing, v_g, v_g_low, ca FROM speed_averages"),
@@ -230,7 +233,7 @@ fn status_counts_states_failures_and_the_progress_of_the_run() {
     assert_eq!(status(dir.path()).unwrap().total.jobs(), 0);
     let mut store = Store::open(dir.path()).unwrap();
     let point = soft(1.0);
-    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..10 }];
+    let plan = [PlannedPoint { point: &point, point_id: point.id(), seeds: 0..10, block: "test" }];
     let campaign = store.register(&CampaignRecord { name: "speed", text: "a" }, &plan).unwrap().campaign;
     store.register(&CampaignRecord { name: "speed", text: "b" }, &plan).unwrap();
     let provenance = Provenance { program_version: "0.1", git_commit: "c", rustc: "r", cpu_features: "f", campaign };

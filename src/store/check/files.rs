@@ -5,8 +5,8 @@ use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::sample_file::OpenFile;
 use crate::store::write::catalogue::{self, CataloguedFile};
-use crate::store::write::{Store, compact};
-use crate::store::{disk, quarantine};
+use crate::store::write::{Store, compact, orphans};
+use crate::store::{aside, disk, quarantine};
 use arrow_array::StringArray;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Int32Type;
@@ -46,7 +46,7 @@ pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(),
 pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<(), StoreError> {
     for listed in catalogue::list(&store.conn).map_err(StoreError::sql(&database(work.dir)))? {
         work.report.files += 1;
-        let path = work.dir.join(&listed.file.path);
+        let path = aside::find(work.dir, &listed.file.path);
         let (problem, cure) = match judge(work.dir, &store.conn, &listed)? {
             Verdict::Sound => continue,
             Verdict::Broken(problem) => {
@@ -62,6 +62,7 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<()
                 let place = quarantine::copy(work.dir, &path)?;
                 compact::merge(store, std::iter::once(&listed))?;
                 disk::remove(&path)?;
+                orphans::settle_samples(store)?;
                 (surplus(rows), format!("written anew without them; the old one is {}", work.within(&place)))
             }
         };
@@ -76,11 +77,11 @@ fn surplus(rows: u64) -> String {
 
 /// Compares a file with what the catalogue says of it.
 fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdict, StoreError> {
-    let path = dir.join(&listed.file.path);
+    let path = &listed.file.path;
     let jobs = listed.jobs(conn).map_err(StoreError::sql(&database(dir)))?;
     let broken = |problem: String| Ok(Verdict::Broken(format!("{problem} ({} jobs)", jobs.len())));
     let mut hasher = blake3::Hasher::new();
-    match std::fs::File::open(&path).and_then(|file| hasher.update_reader(file).map(|_| ())) {
+    match std::fs::File::open(aside::find(dir, path)).and_then(|file| hasher.update_reader(file).map(|_| ())) {
         Err(error) if error.kind() == ErrorKind::NotFound => return broken("it is missing".to_owned()),
         Err(error) => return broken(format!("it cannot be read: {error}")),
         Ok(()) if hasher.finalize().to_hex().as_str() != listed.file.checksum => {
@@ -92,7 +93,7 @@ fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdi
         Ok(()) => {}
     }
     // What is read from here on is what was written.
-    let owners = match OpenFile::open(path).and_then(|file| owners(&file)) {
+    let owners = match OpenFile::open(dir, path).and_then(|file| owners(&file)) {
         Ok(owners) => owners,
         Err(error) => return broken(format!("it cannot be read: {error}")),
     };
@@ -113,7 +114,7 @@ fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdi
 
 /// Whose rows a file holds: for each job, in order, its rows.
 fn owners(file: &OpenFile) -> Result<Vec<(String, Range<usize>)>, StoreError> {
-    let damaged = |error| StoreError::parquet(file.path())(error);
+    let damaged = |error| StoreError::parquet(&file.path())(error);
     let mut owners: Vec<(String, Range<usize>)> = Vec::new();
     let mut row = 0;
     for batch in file.read(0..file.rows(), 1)? {

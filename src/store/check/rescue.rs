@@ -101,6 +101,8 @@ fn copy_tables(source: &Connection, target: &mut Connection) -> rusqlite::Result
         .prepare("DELETE FROM outcomes WHERE job IN (SELECT job FROM shape_rows WHERE rowid IN (?1, ?2))")?;
     torn_shapes.iter().try_for_each(|gap| forget.execute(*gap).map(drop))?;
     drop(forget);
+    // What is copied may be of an earlier schema.
+    schema::derived::fill(&transaction)?;
     let jobs = count(&transaction, "SELECT count(*) FROM jobs")?;
     let ended = count(&transaction, "SELECT count(*) FROM outcomes")?;
     transaction.commit()?;

@@ -9,7 +9,7 @@ use crate::store::check::{Examination, count, identity};
 use crate::store::disk;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
-use crate::store::schema::points;
+use crate::store::schema::{self, points};
 use crate::store::write::Store;
 use rusqlite::Connection;
 use std::collections::BTreeMap;
@@ -27,7 +27,7 @@ const fn rule(what: &'static str, find: &'static str) -> Rule {
 
 const POINTS: Rule = rule(
     "grid points that are not what their id, a hash, says",
-    "SELECT key FROM points WHERE NOT is_point(point_id, spec, {parameters})",
+    "SELECT key FROM points WHERE NOT is_point(point_id, spec{parameters})",
 );
 
 const JOBS: Rule = rule(
@@ -167,7 +167,10 @@ pub(super) fn compute_again(conn: &Connection, job: i64) -> rusqlite::Result<()>
 }
 
 fn keys(conn: &Connection, rule: &Rule) -> rusqlite::Result<Vec<i64>> {
-    let sql = rule.find.replace("{parameters}", &points::names());
+    let version: i64 = conn.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    let is_latest = usize::try_from(version) == Ok(schema::LATEST);
+    let parameters = if is_latest { format!(", {}", points::names()) } else { String::new() };
+    let sql = rule.find.replace("{parameters}", &parameters);
     conn.prepare(&sql)?.query_map([], |row| row.get(0))?.collect()
 }
 

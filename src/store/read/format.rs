@@ -5,13 +5,12 @@
 //! CSV is written here and not by the `csv` crate, which writes NULL and the empty text alike. Here NULL is nothing and
 //! the empty text is `""`.
 
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use crate::store::read::parquet_rows::{AnswerColumn, ParquetRows};
 use comfy_table::{Cell, CellAlignment, Table, presets};
-use parquet::arrow::ArrowWriter;
+use parquet::file::metadata::KeyValue;
 use rusqlite::types::{Value, ValueRef};
 use std::io::{Result, Write};
 use std::str::FromStr;
-use std::sync::Arc;
 
 /// How the answer to a query is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +23,18 @@ pub enum Format {
     Json,
     /// One Parquet file.
     Parquet,
+}
+
+impl Format {
+    /// Its name, which also ends the names of its files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Table => "table",
+            Self::Csv => "csv",
+            Self::Json => "json",
+            Self::Parquet => "parquet",
+        }
+    }
 }
 
 impl FromStr for Format {
@@ -44,14 +55,22 @@ pub(super) struct Sink<'a> {
     format: Format,
     names: Vec<String>,
     out: &'a mut dyn Write,
-    /// All rows so far, for the formats that need all of them before they write.
+    /// All rows so far of a table, whose form depends on them.
     kept: Vec<Vec<Value>>,
+    /// The file, if it is one.
+    parquet: Option<ParquetRows>,
     rows: usize,
 }
 
 impl<'a> Sink<'a> {
     /// Writes whatever comes before the rows.
-    pub(super) fn begin(format: Format, names: Vec<String>, out: &'a mut dyn Write) -> Result<Self> {
+    pub(super) fn begin(
+        format: Format,
+        columns: Vec<AnswerColumn>,
+        metadata: Vec<KeyValue>,
+        out: &'a mut dyn Write,
+    ) -> Result<Self> {
+        let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
         match format {
             Format::Csv => {
                 let names: Vec<String> = names.iter().map(|name| csv_text(name)).collect();
@@ -61,7 +80,12 @@ impl<'a> Sink<'a> {
             Format::Table | Format::Parquet => {}
         }
         let names = if matches!(format, Format::Json | Format::Parquet) { distinct(names) } else { names };
-        Ok(Self { format, names, out, kept: Vec::new(), rows: 0 })
+        let parquet = (format == Format::Parquet).then(|| {
+            let kinds = columns.iter().map(|column| column.kind);
+            let columns = names.iter().cloned().zip(kinds).map(|(name, kind)| AnswerColumn { name, kind });
+            ParquetRows::new(columns.collect(), metadata)
+        });
+        Ok(Self { format, names, out, kept: Vec::new(), parquet, rows: 0 })
     }
 
     /// Takes one row.
@@ -78,7 +102,8 @@ impl<'a> Sink<'a> {
                     members.map(|(name, value)| format!("{}:{}", json_text(name), json_cell(*value))).collect();
                 write!(self.out, "{}{{{}}}", if self.rows == 1 { "\n" } else { ",\n" }, members.join(","))
             }
-            Format::Table | Format::Parquet => {
+            Format::Parquet => self.parquet.as_mut().map_or(Ok(()), |file| file.row(values, self.out)),
+            Format::Table => {
                 self.kept.push(values.iter().map(|value| owned(*value)).collect());
                 Ok(())
             }
@@ -91,7 +116,7 @@ impl<'a> Sink<'a> {
             Format::Csv => {}
             Format::Json => writeln!(self.out, "\n]")?,
             Format::Table => writeln!(self.out, "{}", table(&self.names, &self.kept))?,
-            Format::Parquet => self.out.write_all(&parquet(&self.names, &self.kept).map_err(std::io::Error::other)?)?,
+            Format::Parquet => self.parquet.map_or(Ok(()), |file| file.end(self.out))?,
         }
         self.out.flush()
     }
@@ -184,40 +209,4 @@ fn table_cell(value: &Value) -> String {
         Value::Text(text) => text.clone(),
         other => csv_cell(other.into()),
     }
-}
-
-/// The bytes of one file. A column of integers or of numbers keeps its type; any other becomes text.
-fn parquet(names: &[String], rows: &[Vec<Value>]) -> parquet::errors::Result<Vec<u8>> {
-    let columns = names.iter().enumerate().map(|(index, name)| {
-        let values = || rows.iter().map(move |row| &row[index]);
-        let column: ArrayRef = if values().all(|value| matches!(value, Value::Null | Value::Integer(_))) {
-            Arc::new(values().map(integer).collect::<Int64Array>())
-        } else if values().all(|value| matches!(value, Value::Null | Value::Integer(_) | Value::Real(_))) {
-            Arc::new(values().map(real).collect::<Float64Array>())
-        } else {
-            let text = |value: &Value| (*value != Value::Null).then(|| plain_text(value));
-            Arc::new(values().map(text).collect::<StringArray>())
-        };
-        (name.as_str(), column, true)
-    });
-    let batch = RecordBatch::try_from_iter_with_nullable(columns)?;
-    let mut writer = ArrowWriter::try_new(Vec::new(), batch.schema(), None)?;
-    writer.write(&batch)?;
-    writer.into_inner()
-}
-
-fn integer(value: &Value) -> Option<i64> {
-    if let Value::Integer(number) = value { Some(*number) } else { None }
-}
-
-fn real(value: &Value) -> Option<f64> {
-    match value {
-        Value::Integer(number) => Some(*number as f64),
-        Value::Real(number) => Some(*number),
-        _ => None,
-    }
-}
-
-fn plain_text(value: &Value) -> String {
-    if let Value::Text(text) = value { text.clone() } else { csv_cell(value.into()) }
 }

@@ -1,6 +1,7 @@
 //! Reading a store: SQL for people, and the questions that the program itself asks.
 //!
-//! Start with `query.rs`, which answers one statement; `samples_table.rs` makes the Parquet files a table in it. The
+//! Start with `query.rs`, which answers one statement; `samples_table.rs` makes the Parquet files a table in it,
+//! `parquet_rows.rs` writes an answer as such a file, and `export.rs` writes all tables. The
 //! other files each answer one question of the program: which jobs there are (`jobs.rs`), what they left
 //! (`records.rs`, `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`,
 //! `last_run.rs`).
@@ -17,12 +18,15 @@
 //! **Durability.** A sample file is compared with its checksum before its first row is read, so numbers of a damaged
 //! file do not get out.
 
+pub(super) mod export;
 pub(super) mod fits;
 pub(super) mod format;
 mod functions;
 pub(super) mod jobs;
 pub(super) mod last_run;
+mod natural_join;
 pub(super) mod outlines;
+mod parquet_rows;
 pub(super) mod query;
 pub(super) mod records;
 mod sample_reader;

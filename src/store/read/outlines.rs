@@ -44,7 +44,7 @@ pub fn outlines(dir: &Path, id: JobId) -> Result<Vec<Outline>, StoreError> {
 }
 
 /// The shape in a row; `None` if the row does not describe one.
-fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
+pub(super) fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
     let (t, vertices, loads) = (row.get(0)?, row.get_ref(1)?.as_blob()?, row.get_ref(2)?.as_str()?);
     let (numbers, rest) = vertices.as_chunks::<8>();
     let mut x: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();

@@ -2,10 +2,10 @@
 
 use crate::store::error::StoreError;
 use crate::store::read::format::{Format, Sink};
-use crate::store::read::{functions, open_existing, samples_table};
+use crate::store::read::{functions, natural_join, open_existing, parquet_rows, samples_table};
 use rusqlite::{Connection, ErrorCode, Statement};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A query that could not be answered.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +21,9 @@ pub enum QueryError {
         /// What may help, on lines of its own, or empty.
         hint: String,
     },
+    /// There is something where an export shall be written.
+    #[error("{} is not empty: name a new folder, so that no file is overwritten", .0.display())]
+    NotEmpty(PathBuf),
     /// The answer could not be written out.
     #[error("writing the answer failed: {0}")]
     Output(#[source] std::io::Error),
@@ -35,14 +38,23 @@ pub enum QueryError {
 /// [`StoreError::Missing`] without a store; [`QueryError::Sql`] with SQLite's words and, where a table or a column
 /// does not exist, the names of those that do; [`QueryError::Output`].
 pub fn query(dir: &Path, sql: &str, format: Format, out: &mut dyn Write) -> Result<(), QueryError> {
-    let conn = open_existing(dir)?;
-    samples_table::add_to(&conn, dir)?;
-    functions::add_to(&conn).map_err(StoreError::sql(dir))?;
+    let conn = connection(dir)?;
     let mut statement = conn.prepare(sql).map_err(|error| explain(&conn, &error))?;
+    if let Some(problem) = natural_join::way_out(sql) {
+        return Err(QueryError::Sql { problem, hint: String::new() });
+    }
     match answer(&conn, &mut statement, format, out) {
         Err(QueryError::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         answered => answered,
     }
+}
+
+/// A connection that knows all tables and functions.
+pub(super) fn connection(dir: &Path) -> Result<Connection, StoreError> {
+    let conn = open_existing(dir)?;
+    samples_table::add_to(&conn, dir)?;
+    functions::add_to(&conn).map_err(StoreError::sql(dir))?;
+    Ok(conn)
 }
 
 /// A few jobs of each kind, clogs first.
@@ -68,19 +80,26 @@ fn answer(
     format: Format,
     out: &mut dyn Write,
 ) -> Result<(), QueryError> {
+    let columns = parquet_rows::columns_of(conn, statement);
+    let sink = Sink::begin(format, columns, Vec::new(), out).map_err(QueryError::Output)?;
+    pour(conn, statement, sink).map(drop)
+}
+
+/// Writes all rows of a statement; returns how many there were.
+pub(super) fn pour(conn: &Connection, statement: &mut Statement<'_>, mut sink: Sink<'_>) -> Result<u64, QueryError> {
     let sql_error = |error| explain(conn, &error);
-    let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
-    let columns = names.len();
-    let mut sink = Sink::begin(format, names, out).map_err(QueryError::Output)?;
+    let (columns, mut count) = (statement.column_count(), 0);
     let mut rows = statement.query([]).map_err(sql_error)?;
     while let Some(row) = rows.next().map_err(sql_error)? {
         let values: Result<Vec<_>, _> = (0..columns).map(|column| row.get_ref(column)).collect();
         sink.row(&values.map_err(sql_error)?).map_err(QueryError::Output)?;
+        count += 1;
     }
-    sink.end().map_err(QueryError::Output)
+    sink.end().map_err(QueryError::Output)?;
+    Ok(count)
 }
 
-fn explain(conn: &Connection, error: &rusqlite::Error) -> QueryError {
+pub(super) fn explain(conn: &Connection, error: &rusqlite::Error) -> QueryError {
     let problem = match error {
         rusqlite::Error::SqlInputError { msg, sql, offset, .. } => place(msg, sql, *offset),
         rusqlite::Error::SqliteFailure(_, Some(message)) => message.clone(),

@@ -5,9 +5,9 @@
 
 use crate::store::error::StoreError;
 use crate::store::folders::database;
-use crate::store::lock;
 use crate::store::read::open_existing;
 use crate::store::sample_file::{OpenFile, PAGE_ROWS};
+use crate::store::{aside, lock};
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_select::concat::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
@@ -143,9 +143,9 @@ impl State {
             statement.query_row([path], |row| row.get::<_, String>(0))
         };
         let checksum = find().map_err(StoreError::sql(&database(dir)))?;
-        let path = dir.join(path);
         let mut hasher = blake3::Hasher::new();
-        let file = File::open(&path).map_err(StoreError::io(&path))?;
+        let file = aside::open(dir, path)?;
+        let path = dir.join(path);
         hasher.update_reader(file).map_err(StoreError::io(&path))?;
         if hasher.finalize().to_hex().as_str() == checksum {
             return Ok(());
@@ -164,7 +164,7 @@ impl State {
             self.verify(dir, path)?;
             self.verified.insert(path.to_owned());
         }
-        let file = OpenFile::open(dir.join(path))?;
+        let file = OpenFile::open(dir, path)?;
         self.footers.insert(path.to_owned(), file.clone());
         Ok(file)
     }
@@ -196,5 +196,5 @@ fn decode(file: &OpenFile, rows: Range<usize>, columns: u64) -> Result<RecordBat
     let schema = reader.schema();
     let batches = reader.collect::<Result<Vec<_>, _>>();
     let joined = batches.and_then(|batches| concat_batches(&schema, &batches));
-    joined.map_err(|error| StoreError::parquet(file.path())(error.into()))
+    joined.map_err(|error| StoreError::parquet(&file.path())(error.into()))
 }

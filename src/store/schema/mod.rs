@@ -1,8 +1,8 @@
 //! The tables of a store, and how a database of an earlier program becomes one of this program.
 //!
-//! The texts in `migrations/` are the whole of it. They are a flat list, and SQLite's `user_version` counts how many
-//! of them a database has had. To change a table, append a text; a released text never changes. `application_id` says
-//! that a database is a store at all.
+//! The texts in `migrations/` are a flat list, and SQLite's `user_version` counts how many of them a database has had.
+//! To change a table, append a text; a released text never changes. Columns that follow from what is stored are filled
+//! afterwards (`derived.rs`). `application_id` says that a database is a store at all.
 //!
 //! **Compatibility.** Every schema so far is upgraded, and a test opens a store of each (`tests/store/fixtures`). A
 //! newer one is refused before anything is touched, with both numbers. People query the views. A view that is given up
@@ -14,6 +14,8 @@
 //! **Locking.** Only the holder of the store's lock upgrades. A reader that meets an older schema says so and changes
 //! nothing.
 
+pub(super) mod columns;
+pub(super) mod derived;
 pub(super) mod points;
 
 use crate::store::disk;
@@ -27,6 +29,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0002_stability.sql"),
     include_str!("../../../migrations/0003_dumps.sql"),
     include_str!("../../../migrations/0004_files.sql"),
+    include_str!("../../../migrations/0005_columns.sql"),
 ];
 
 /// The latest schema of this program.
@@ -90,10 +93,13 @@ pub(super) fn is_readable(conn: &Connection, path: &Path) -> Result<bool, StoreE
 /// # Errors
 /// [`StoreError::Newer`] and [`StoreError::Foreign`] before anything is touched; else what SQLite reports.
 pub(super) fn migrate(conn: &mut Connection, path: &Path) -> Result<(), StoreError> {
-    migrate_through(conn, path, MIGRATIONS)
+    migrate_through(conn, path, MIGRATIONS, derived::fill)
 }
 
-fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> Result<(), StoreError> {
+/// What fills the columns that migrations have added.
+type Fill = fn(&Connection) -> rusqlite::Result<()>;
+
+fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str], fill: Fill) -> Result<(), StoreError> {
     let version = known_version(conn, path, migrations.len())?.unwrap_or(0);
     if (1..migrations.len()).contains(&version) {
         let backup = back_up(conn, path, version)?;
@@ -103,6 +109,7 @@ fn migrate_through(conn: &mut Connection, path: &Path, migrations: &[&str]) -> R
         let transaction =
             conn.transaction_with_behavior(TransactionBehavior::Immediate).map_err(StoreError::sql(path))?;
         apply(&transaction, &migrations[version..], migrations.len()).map_err(StoreError::sql(path))?;
+        fill(&transaction).map_err(StoreError::sql(path))?;
         disk::commit(transaction, path)?;
     }
     Ok(())
@@ -157,6 +164,10 @@ mod tests {
     const SECOND: &str = "ALTER TABLE a RENAME COLUMN x TO y;";
     const BROKEN: &str = "CREATE TABLE b (x); CREATE TABLE b (x);";
 
+    fn nothing(_: &Connection) -> rusqlite::Result<()> {
+        Ok(())
+    }
+
     fn count(path: &Path, sql: &str) -> i64 {
         Connection::open(path).unwrap().query_row(sql, [], |row| row.get(0)).unwrap()
     }
@@ -166,9 +177,9 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("store.db");
         let mut conn = Connection::open(&path).unwrap();
-        migrate_through(&mut conn, &path, &[FIRST]).unwrap();
+        migrate_through(&mut conn, &path, &[FIRST], nothing).unwrap();
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1, "an empty store needs no backup");
-        migrate_through(&mut conn, &path, &[FIRST, SECOND]).unwrap();
+        migrate_through(&mut conn, &path, &[FIRST, SECOND], nothing).unwrap();
         assert_eq!(count(&path, "SELECT y FROM a"), 7);
         assert_eq!(count(&dir.path().join("store.db.schema-1"), "SELECT x FROM a"), 7);
         assert_eq!(contents(&conn).unwrap(), Contents::Store(2));
@@ -179,8 +190,8 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("store.db");
         let mut conn = Connection::open(&path).unwrap();
-        migrate_through(&mut conn, &path, &[FIRST]).unwrap();
-        assert!(migrate_through(&mut conn, &path, &[FIRST, BROKEN]).is_err());
+        migrate_through(&mut conn, &path, &[FIRST], nothing).unwrap();
+        assert!(migrate_through(&mut conn, &path, &[FIRST, BROKEN], nothing).is_err());
         assert_eq!(contents(&conn).unwrap(), Contents::Store(1));
         assert_eq!(count(&path, "SELECT count(*) FROM sqlite_master WHERE name = 'b'"), 0);
     }
@@ -190,8 +201,8 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("store.db");
         let mut conn = Connection::open(&path).unwrap();
-        migrate_through(&mut conn, &path, &[FIRST, SECOND]).unwrap();
-        let refusal = migrate_through(&mut conn, &path, &[FIRST]).unwrap_err();
+        migrate_through(&mut conn, &path, &[FIRST, SECOND], nothing).unwrap();
+        let refusal = migrate_through(&mut conn, &path, &[FIRST], nothing).unwrap_err();
         assert!(matches!(refusal, StoreError::Newer { found: 2, known: 1, .. }), "{refusal}");
 
         let foreign = dir.path().join("foreign.db");

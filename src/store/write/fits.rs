@@ -22,15 +22,27 @@ pub fn save_fits(
     let save = || {
         transaction.execute_batch("DELETE FROM lambda_rows; DELETE FROM speed_rows;")?;
         lambdas.iter().try_for_each(|(id, fit)| save_lambda(&transaction, *id, fit))?;
+        transaction.execute_batch(SHARES)?;
         speeds.iter().try_for_each(|(id, average)| save_speed(&transaction, *id, average))
     };
     save().map_err(StoreError::sql(&path))?;
     disk::commit(transaction, &path)
 }
 
+/// How the clogs of each point hold, as shares of those whose mechanism is known.
+const SHARES: &str = "
+    UPDATE lambda_rows SET (wrap_share, squeeze_share, hybrid_share) = (
+        SELECT avg(mechanism = 'wrap'), avg(mechanism = 'squeeze'), avg(mechanism = 'hybrid')
+        FROM clogs JOIN jobs ON jobs.key = clogs.job
+        WHERE jobs.point = lambda_rows.point AND +physics_version = (SELECT physics_version FROM current)
+    )";
+
 fn save_lambda(transaction: &Transaction<'_>, point: PointId, fit: &LambdaFit) -> rusqlite::Result<()> {
     let mut insert = transaction.prepare_cached(
-        "INSERT INTO lambda_rows SELECT key, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9 FROM points WHERE point_id = ?1",
+        "INSERT INTO lambda_rows
+             (point, runs, clogs, lambda, lambda_low, lambda_high, lambda_least_squares, p_exponential,
+              runs_for_ten_percent)
+         SELECT key, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9 FROM points WHERE point_id = ?1",
     )?;
     let inserted = insert.execute(params![
         point.to_string(),

@@ -30,7 +30,7 @@ pub(super) mod writer;
 use crate::parameters::PHYSICS_VERSION;
 use crate::results::trajectory::FailureClass;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, database, log, samples_dir};
+use crate::store::folders::{Folders, aside_dir, database, log, samples_dir};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
 use crate::store::{disk, lock, quarantine, schema, seal};
 use rusqlite::Connection;
@@ -72,6 +72,7 @@ impl Store {
                 quarantine::take(dir, &path)?;
             }
         }
+        orphans::settle_samples(&store)?;
         orphans::remove_samples(&store)?;
         orphans::remove_checkpoints(&store)?;
         Ok(store)
@@ -81,6 +82,7 @@ impl Store {
     pub(super) fn connect(dir: &Path, lock: File) -> Result<Self, StoreError> {
         let path = database(dir);
         disk::create_folder(&samples_dir(dir))?;
+        disk::create_folder(&aside_dir(dir))?;
         Folders::of(dir).create()?;
         if path.exists() && !seal::first_page_is_sound(dir)? {
             return Err(StoreError::Damaged { path, problem: "its first page is not as it was left".to_owned() });

@@ -2,7 +2,7 @@
 
 use crate::parameters::JobId;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, database, files_in, samples_dir};
+use crate::store::folders::{Folders, aside_dir, database, files_in, samples_dir};
 use crate::store::write::Store;
 use crate::store::{checkpoint_file, disk, lock};
 use rusqlite::{Connection, OptionalExtension};
@@ -17,13 +17,20 @@ pub(in crate::store) fn files(dir: &Path, conn: &Connection) -> Result<Vec<PathB
     Ok(found)
 }
 
-/// Sample files that no row names, whole or half-written; other files in `samples/` are somebody else's.
+/// Sample files that no row names, whole or half-written, in `samples/` and in `aside/`.
 fn samples(dir: &Path, conn: &Connection) -> Result<Vec<PathBuf>, StoreError> {
     let known = catalogued(conn).map_err(StoreError::sql(&database(dir)))?;
-    let is_orphan = |path: &PathBuf| {
-        matches!(extension(path), Some("tmp" | "parquet")) && path.file_name().is_none_or(|name| !known.contains(name))
-    };
-    Ok(files_in(&samples_dir(dir))?.into_iter().filter(is_orphan).collect())
+    let files = [files_in(&samples_dir(dir))?, files_in(&aside_dir(dir))?].concat();
+    Ok(files.into_iter().filter(|path| is_sample_file(path) && !is_named(path, &known)).collect())
+}
+
+/// Whether this program wrote the file; others in these folders are somebody else's.
+fn is_sample_file(path: &Path) -> bool {
+    matches!(extension(path), Some("tmp" | "parquet"))
+}
+
+fn is_named(path: &Path, known: &HashSet<OsString>) -> bool {
+    path.file_name().is_some_and(|name| known.contains(name))
 }
 
 fn extension(path: &Path) -> Option<&str> {
@@ -38,6 +45,21 @@ fn catalogued(conn: &Connection) -> rusqlite::Result<HashSet<OsString>> {
         Ok(Path::new(&path).file_name().unwrap_or_default().to_owned())
     })?;
     names.collect()
+}
+
+/// Puts every sample file where it belongs: those that no row names go from `samples/` to `aside/`, and then those that
+/// a row names come back. After a merge this is the swap; after a crash it is what that left undone.
+pub(in crate::store) fn settle_samples(store: &Store) -> Result<(), StoreError> {
+    let known = catalogued(&store.conn).map_err(StoreError::sql(&database(&store.dir)))?;
+    let [home, aside] = [samples_dir(&store.dir), aside_dir(&store.dir)];
+    let (inside, outside) = (files_in(&home)?, files_in(&aside)?);
+    let out = inside.iter().filter(|path| is_sample_file(path) && !is_named(path, &known)).map(|path| (path, &aside));
+    let back = outside.iter().filter(|path| is_named(path, &known)).map(|path| (path, &home));
+    // Out first: for an instant a listing lacks rows, but it never shows a row twice.
+    for (path, folder) in out.chain(back) {
+        disk::rename(path, &folder.join(path.file_name().unwrap_or_default()))?;
+    }
+    Ok(())
 }
 
 /// Removes sample files that no row names. While readers may still look at some of them, it leaves all for the next

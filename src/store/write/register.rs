@@ -29,6 +29,8 @@ pub struct PlannedPoint<'a> {
     pub point_id: PointId,
     /// Seeds of its runs, all below 2^63.
     pub seeds: Range<u64>,
+    /// The name of its block, the column `block` of `runs`.
+    pub block: &'a str,
 }
 
 impl PlannedPoint<'_> {
@@ -36,7 +38,12 @@ impl PlannedPoint<'_> {
     pub(crate) fn all(campaign: &Campaign) -> impl Iterator<Item = PlannedPoint<'_>> {
         campaign.blocks.iter().flat_map(|block| {
             let points = block.points.iter().zip(&block.point_ids);
-            points.map(|(point, &point_id)| PlannedPoint { point, point_id, seeds: block.seeds.clone() })
+            points.map(|(point, &point_id)| PlannedPoint {
+                point,
+                point_id,
+                seeds: block.seeds.clone(),
+                block: &block.name,
+            })
         })
     }
 }
@@ -70,7 +77,7 @@ pub struct Provenance<'a> {
 impl Store {
     /// Adds a campaign, its points and one pending job a seed, where they are not there yet, in one transaction.
     ///
-    /// Nothing that is there changes: a job that another campaign brought stays with that campaign, and keeps its
+    /// Nothing that is there changes: a job that another campaign or block brought stays with that one, and keeps its
     /// state and result.
     ///
     /// # Errors
@@ -137,7 +144,7 @@ fn register(
 ) -> rusqlite::Result<Registered> {
     let mut registered = Registered { campaign: add_campaign(transaction, campaign)?, new_points: 0, new_jobs: 0 };
     let mut add_job = transaction.prepare(
-        "INSERT INTO jobs (job_id, point, campaign, seed, physics_version) VALUES (?1, ?2, ?3, ?4, ?5)
+        "INSERT INTO jobs (job_id, point, campaign, block, seed, physics_version) VALUES (?1, ?2, ?3, ?4, ?5, ?6)
          ON CONFLICT (job_id) DO NOTHING",
     )?;
     let mut point_key = transaction.prepare("SELECT key FROM points WHERE point_id = ?1")?;
@@ -147,7 +154,7 @@ fn register(
         for seed in planned.seeds.clone() {
             let job_id = JobId::new(planned.point_id, seed).to_string();
             registered.new_jobs +=
-                add_job.execute((job_id, point, registered.campaign, seed as i64, PHYSICS_VERSION))?;
+                add_job.execute((job_id, point, registered.campaign, planned.block, seed as i64, PHYSICS_VERSION))?;
         }
     }
     Ok(registered)

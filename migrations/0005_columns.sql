@@ -1,0 +1,112 @@
+-- Every key of a campaign file is a column, and each column has one type. What these columns hold follows from the text
+-- of each point and campaign, from which the program fills them after an upgrade (src/store/schema/derived.rs).
+
+DROP VIEW runs;
+DROP VIEW stale_runs;
+DROP VIEW all_runs;
+DROP VIEW lambda_fits;
+DROP VIEW speed_averages;
+
+-- `density` was a number or the word 'saturated': now it is a number, or NULL where `saturated` is 1.
+ALTER TABLE points RENAME COLUMN density TO density_or_word;
+ALTER TABLE points ADD COLUMN density REAL; -- discs per sigma^2
+ALTER TABLE points ADD COLUMN saturated INTEGER; -- NULL outside of obstacle arrays
+UPDATE points SET
+    density = CASE WHEN density_or_word <> 'saturated' THEN density_or_word END,
+    saturated = density_or_word = 'saturated';
+ALTER TABLE points DROP COLUMN density_or_word;
+
+ALTER TABLE points ADD COLUMN bond REAL; -- 1/gamma
+ALTER TABLE points ADD COLUMN delta REAL;
+ALTER TABLE points ADD COLUMN eps REAL;
+ALTER TABLE points ADD COLUMN wall TEXT;
+ALTER TABLE points ADD COLUMN contact TEXT;
+ALTER TABLE points ADD COLUMN gravity TEXT;
+ALTER TABLE points ADD COLUMN self_contact TEXT;
+ALTER TABLE points ADD COLUMN engulfed TEXT;
+ALTER TABLE points ADD COLUMN box_size REAL;
+ALTER TABLE points ADD COLUMN angle REAL;
+ALTER TABLE points ADD COLUMN tip_radius REAL;
+ALTER TABLE points ADD COLUMN h_start REAL;
+ALTER TABLE points ADD COLUMN h_end REAL;
+ALTER TABLE points ADD COLUMN offset REAL;
+ALTER TABLE points ADD COLUMN alpha REAL;
+ALTER TABLE points ADD COLUMN t_max REAL;
+ALTER TABLE points ADD COLUMN distance REAL;
+ALTER TABLE points ADD COLUMN ek_threshold REAL;
+ALTER TABLE points ADD COLUMN sample_every REAL;
+ALTER TABLE points ADD COLUMN shapes_every REAL;
+
+-- How the clogs of a point hold, as shares of those whose mechanism is known: kept, so that they are of the same moment
+-- as the rest of a fit, and have a declared type.
+ALTER TABLE lambda_rows ADD COLUMN wrap_share REAL;
+ALTER TABLE lambda_rows ADD COLUMN squeeze_share REAL;
+ALTER TABLE lambda_rows ADD COLUMN hybrid_share REAL;
+UPDATE lambda_rows SET (wrap_share, squeeze_share, hybrid_share) = (
+    SELECT avg(mechanism = 'wrap'), avg(mechanism = 'squeeze'), avg(mechanism = 'hybrid')
+    FROM clogs JOIN jobs ON jobs.key = clogs.job
+    WHERE jobs.point = lambda_rows.point AND +physics_version = (SELECT physics_version FROM current)
+);
+
+-- The block that brought the job, by its name.
+ALTER TABLE jobs ADD COLUMN block TEXT;
+
+-- Old columns stand where they stood, new ones behind them. LEFT JOINs on keys that always match: SQLite leaves out
+-- those that a plain query does not read, and turns those it filters on into inner ones.
+CREATE VIEW all_runs AS
+SELECT
+    jobs.job_id, campaigns.name AS campaign, points.model, points.scene, points.gamma, points.e_w, points.w_ob,
+    points.sigma_ob, points.density, points.b0, points.v_t, points.k_a, points.kappa, points.w, points.n_vertices,
+    points.dt, points.integrator, jobs.seed, jobs.state, outcomes.outcome, outcomes.r_end, outcomes.t_end,
+    outcomes.v_g_mean, outcomes.ek_ratio_end, outcomes.shape_max, outcomes.area_error_max, outcomes.overlap_max,
+    outcomes.delta_s, outcomes.steps, outcomes.wall_s, jobs.attempts, outcomes.error_class, outcomes.error,
+    jobs.physics_version,
+    points.point_id, jobs.block, points.saturated, points.box_size, points.bond, points.delta, points.eps, points.wall,
+    points.contact, points.gravity, points.self_contact, points.engulfed, points.angle, points.tip_radius,
+    points.offset, points.h_start, points.h_end, points.alpha, points.t_max, points.distance, points.ek_threshold,
+    points.sample_every, points.shapes_every
+FROM jobs
+LEFT JOIN points ON points.key = jobs.point
+LEFT JOIN campaigns ON campaigns.key = jobs.campaign
+LEFT JOIN outcomes ON outcomes.job = jobs.key;
+
+-- The `+` keeps the index of physics versions out of it: nearly all jobs share one, so any other way in is better.
+CREATE VIEW runs AS
+SELECT
+    job_id, campaign, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w, n_vertices, dt,
+    integrator, seed, state, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max, area_error_max, overlap_max,
+    delta_s, steps, wall_s, attempts, error_class, error,
+    point_id, block, saturated, box_size, bond, delta, eps, wall, contact, gravity, self_contact, engulfed, angle,
+    tip_radius, offset, h_start, h_end, alpha, t_max, distance, ek_threshold, sample_every, shapes_every
+FROM all_runs
+WHERE +physics_version = (SELECT physics_version FROM current);
+
+CREATE VIEW stale_runs AS
+SELECT
+    job_id, campaign, model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, w, n_vertices, dt,
+    integrator, seed, state, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max, area_error_max, overlap_max,
+    delta_s, steps, wall_s, attempts, error_class, error,
+    point_id, block, saturated, box_size, bond, delta, eps, wall, contact, gravity, self_contact, engulfed, angle,
+    tip_radius, offset, h_start, h_end, alpha, t_max, distance, ek_threshold, sample_every, shapes_every
+FROM all_runs
+WHERE physics_version <> (SELECT physics_version FROM current);
+
+CREATE VIEW lambda_fits AS
+SELECT
+    model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, n_vertices, dt,
+    runs, clogs, lambda, lambda_low, lambda_high, lambda_least_squares, p_exponential, runs_for_ten_percent,
+    wrap_share, squeeze_share, hybrid_share,
+    point_id, lambda AS decay_length, saturated, box_size, bond, delta, eps, wall, contact, gravity, self_contact,
+    engulfed, w, angle, tip_radius, offset, h_start, h_end, alpha, integrator, t_max, distance, ek_threshold,
+    sample_every, shapes_every
+FROM lambda_rows
+JOIN points ON points.key = lambda_rows.point;
+
+CREATE VIEW speed_averages AS
+SELECT
+    model, scene, gamma, e_w, w_ob, sigma_ob, density, b0, v_t, k_a, kappa, n_vertices, dt,
+    runs, flowing, v_g, v_g_low, v_g_high, ca,
+    point_id, saturated, box_size, bond, delta, eps, wall, contact, gravity, self_contact, engulfed, w, angle,
+    tip_radius, offset, h_start, h_end, alpha, integrator, t_max, distance, ek_threshold, sample_every, shapes_every
+FROM speed_rows
+JOIN points ON points.key = speed_rows.point;
