@@ -1,8 +1,8 @@
 //! The list of parameters: each is named here, and nowhere else.
 //!
 //! Campaign files, the columns of the store, captions, tables and messages read it. A new parameter is a field of
-//! [`Point`], or of a part of it, a row here, and a column of `points` and of the views (`migrations/`). Rows stand in the order in which people read them. Model and scene
-//! come first, for they settle which parts a point has.
+//! [`Point`], or of a part of it, a row here, and a column of `points` and of the views (`migrations/`). Rows stand in
+//! the order in which people read them. Model and scene come first, for they settle which parts a point has.
 
 use crate::parameters::interval::{above, at_least, between};
 use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
