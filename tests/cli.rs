@@ -34,6 +34,24 @@ fn a_campaign_runs_to_its_tables_and_then_has_nothing_left_to_do() {
 }
 
 #[test]
+fn a_store_of_an_earlier_schema_is_upgraded_by_what_the_refusal_to_read_it_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path();
+    let old = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/store/fixtures/schema-4/store");
+    fs::create_dir_all(dir.join("old.meniscus/samples")).unwrap();
+    fs::copy(old.join("store.db"), dir.join("old.meniscus/store.db")).unwrap();
+    for file in fs::read_dir(old.join("samples")).unwrap().map(Result::unwrap) {
+        fs::copy(file.path(), dir.join("old.meniscus/samples").join(file.file_name())).unwrap();
+    }
+    let sql = "select count(*), count(point_id), count(block) from all_runs";
+    let refusal = expect(1, dir, &["query", "old.meniscus", sql]).stderr;
+    assert!(String::from_utf8_lossy(&refusal).contains("`meniscus fit` upgrades it"));
+    expect(0, dir, &["fit", "old.meniscus"]);
+    assert!(ask(dir, "old.meniscus", sql).ends_with("\n12,12,12\n"));
+    assert!(dir.join("old.meniscus/store.db.schema-4").exists());
+}
+
+#[test]
 fn tables_say_that_they_use_more_runs_than_the_campaign_asks_for() {
     let folder = folder();
     let dir = folder.path();

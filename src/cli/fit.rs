@@ -4,7 +4,7 @@ use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, further_runs, mean_speeds};
-use crate::store::{Store, point_runs, save_fits};
+use crate::store::{Store, StoreError, open_reading, point_runs, save_fits};
 use crate::study::fits::fit_all;
 use std::collections::HashMap;
 use std::error::Error;
@@ -32,8 +32,11 @@ pub(super) type Asked = HashMap<PointId, Range<u64>>;
 /// Fits every point of the store in `dir`, saves the fits there, and returns the tables: of all points, or of those
 /// that a campaign asks for.
 pub(super) fn tables(dir: &Path, asked: Option<&Asked>) -> Result<String, Box<dyn Error>> {
-    if crate::store::open_reading(dir)?.is_none() {
-        return Err(crate::store::StoreError::Missing(dir.to_owned()).into());
+    match open_reading(dir) {
+        Ok(None) => return Err(StoreError::Missing(dir.to_owned()).into()),
+        // Opening it for writing upgrades it.
+        Ok(Some(_)) | Err(StoreError::Older { .. }) => {}
+        Err(error) => return Err(error.into()),
     }
     let mut store = Store::open(dir)?;
     let points = point_runs(store.connection())?;

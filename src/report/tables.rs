@@ -54,8 +54,8 @@ pub fn mean_speeds(points: &[FittedPoint]) -> String {
     tables("Mean speeds", points, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
 }
 
-/// What the tables say where the store holds finished runs of points that nobody asked for at present, because an
-/// earlier campaign or a longer form of this one did; nothing where it holds none. `asked` are the seeds asked for.
+/// What follows the tables of a campaign where the store holds finished runs of seeds that it does not ask for; nothing
+/// where it holds none. `asked` are the seeds that it asks for.
 pub fn further_runs(points: &[FittedPoint], asked: &HashMap<PointId, Range<u64>>) -> String {
     let of_campaign = |point: &FittedPoint| {
         let seeds = asked.get(&point.point.point_id);

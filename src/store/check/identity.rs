@@ -12,8 +12,8 @@ use rusqlite::Connection;
 use rusqlite::functions::{Context, FunctionFlags};
 use rusqlite::types::Value;
 
-/// Adds `is_point(point_id, spec, parameters...)`, the parameters all or none, and `is_job(job_id, point_id, seed, physics_version)` to a
-/// connection.
+/// Adds `is_point(point_id, spec, parameters...)`, the parameters all or none, and `is_job(job_id, point_id, seed,
+/// physics_version)` to a connection.
 pub(super) fn add_to(conn: &Connection) -> rusqlite::Result<()> {
     let flags = FunctionFlags::SQLITE_UTF8 | FunctionFlags::SQLITE_DETERMINISTIC;
     conn.create_scalar_function("is_point", -1, flags, |row| Ok(is_point(row).unwrap_or(false)))?;

@@ -12,7 +12,7 @@ pub(super) fn way_out(sql: &str) -> Option<String> {
     let natural = (0..words.len()).filter(|&at| words[at] == "natural");
     natural.filter_map(|at| Some((left_of(&words[..at])?, right_of(&words[at..])?))).next().map(|(left, right)| {
         format!(
-            "a natural join of {left} and {right} finds no row: it compares every parameter, and NULL equals nothing\n  \
+            "a natural join of {left} and {right} finds no row: it compares all parameters, and NULL equals nothing\n  \
              join by the point: {left} join {right} using (point_id)"
         )
     })
