@@ -1,12 +1,13 @@
-//! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, kept in the store and printed.
+//! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, printed, and kept in the store where nothing
+//! forbids that.
 
-use crate::cli::talk::print;
-use crate::cli::{CommandResult, Exit, store_here};
+use crate::cli::output::deliver;
+use crate::cli::{CommandResult, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, mean_speeds};
-use crate::store::{Store, point_runs, save_fits};
-use crate::study::fits::fit_all;
-use std::error::Error;
+use crate::store::{Format, Store, StoreError, open_reading, point_runs, save_fits, write_fits};
+use crate::study::fits::{FittedPoint, fit_all};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fit`.
@@ -14,28 +15,68 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
+    /// How to write the fits: table, or a row for each point as csv, json or parquet
+    #[arg(long, default_value = "table")]
+    format: Format,
 }
 
 impl Arguments {
     /// Runs the subcommand.
-    pub(super) fn run(&self) -> CommandResult {
-        print(&tables(&store_here(self.store.as_deref())?, |_| true)?)?;
-        Ok(Exit::Done)
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
+        let dir = store_here(self.store.as_deref())?;
+        fit(
+            &dir,
+            quiet,
+            |_| true,
+            |fits| {
+                deliver(self.format, None, |out: &mut dyn Write| match self.format {
+                    Format::Table => out.write_all(tables(fits).as_bytes()),
+                    format => write_fits(fits, format, out),
+                })
+            },
+        )
     }
 }
 
-/// Fits every point of the store in `dir`, saves the fits there, and returns the tables of those points that are
-/// `wanted`.
-pub(super) fn tables(dir: &Path, wanted: impl Fn(PointId) -> bool) -> Result<String, Box<dyn Error>> {
-    if crate::store::open_reading(dir)?.is_none() {
-        return Err(crate::store::StoreError::Missing(dir.to_owned()).into());
-    }
-    let mut store = Store::open(dir)?;
-    let points = point_runs(store.connection())?;
+/// Fits every point of the store in `dir`, and hands those that are `wanted` to `show`. The fits are saved in the
+/// store; where another process writes it, or nobody may write it, they are only shown, and this is said.
+pub(super) fn fit(
+    dir: &Path,
+    quiet: bool,
+    wanted: impl Fn(PointId) -> bool,
+    show: impl FnOnce(&[FittedPoint<'_>]) -> CommandResult,
+) -> CommandResult {
+    let (mut store, mut unsaved) = match Store::open_existing(dir) {
+        Ok(store) => (Some(store), None),
+        Err(error) if error.forbids_writing_alone() => (None, Some(error)),
+        Err(error) => return Err(error.into()),
+    };
+    let points = match &store {
+        Some(store) => point_runs(store.connection())?,
+        None => point_runs(&open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?)?,
+    };
     let mut fits = fit_all(&points);
-    let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
-    let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
-    save_fits(&mut store, &lambdas, &speeds)?;
+    if let Some(store) = &mut store {
+        let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
+        let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
+        match save_fits(store, &lambdas, &speeds) {
+            Err(error) if error.forbids_writing_alone() => unsaved = Some(error),
+            saved => saved?,
+        }
+    }
+    // What follows may wait for a reader, and others may want the store.
+    drop(store);
     fits.retain(|fit| wanted(fit.point.point_id));
-    Ok(format!("{}\n{}", decay_lengths(&fits), mean_speeds(&fits)))
+    let exit = show(&fits)?;
+    if let Some(error) = unsaved.filter(|_| !quiet) {
+        eprintln!(
+            "note: these fits are not kept in the store, where lambda_fits and speed_averages stay as they were: {error}"
+        );
+    }
+    Ok(exit)
+}
+
+/// Both tables.
+pub(super) fn tables(fits: &[FittedPoint<'_>]) -> String {
+    format!("{}\n{}", decay_lengths(fits), mean_speeds(fits))
 }

@@ -8,6 +8,7 @@ use crate::cli::talk::{print, typed};
 use crate::cli::{CommandResult, Exit, fit};
 use crate::execute::{self, Options, Retry, RunReport};
 use crate::results::trajectory::FailureClass;
+use crate::study::fits::FittedPoint;
 use std::collections::HashSet;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -37,17 +38,19 @@ impl Arguments {
         };
         let campaign = Campaign::load(&self.campaign)?;
         let dir = self.effort.store(&campaign.name);
+        let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
         let mut display = Display::new(&dir, quiet);
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),
             RunReport::Stopped(stopped) => {
                 let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
                 let retry = format!("{again} --retry");
-                return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
+                let exit = tell_stopped(&stopped, &dir, quiet, &again, Some(&retry))?;
+                fit::fit(&dir, quiet, |id| mine.contains(&id), print_tables)?;
+                return Ok(exit);
             }
         };
-        let mine: HashSet<_> = campaign.blocks.iter().flat_map(|block| block.point_ids.iter().copied()).collect();
-        print(&fit::tables(&dir, |id| mine.contains(&id))?)?;
+        fit::fit(&dir, quiet, |id| mine.contains(&id), print_tables)?;
         let (exit, how) = if failed > 0 {
             let query = format!("meniscus query {} \"select * from failures\"", typed(&dir));
             (Exit::FailedJobs, format!("{done} jobs are done, {failed} failed; see them with: {query}"))
@@ -59,6 +62,11 @@ impl Arguments {
         }
         Ok(exit)
     }
+}
+
+fn print_tables(fits: &[FittedPoint<'_>]) -> CommandResult {
+    print(fit::tables(fits))?;
+    Ok(Exit::Done)
 }
 
 fn parse_retry(text: &str) -> Result<Retry, String> {

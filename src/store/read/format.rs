@@ -13,10 +13,13 @@ use std::io::{Result, Write};
 use std::str::FromStr;
 use std::sync::Arc;
 
+/// The most rows of a table for people, who do not read more; laying one out takes all of it in memory.
+pub const MOST_TABLE_ROWS: usize = 10_000;
+
 /// How the answer to a query is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Aligned columns, for reading; NULL is empty.
+    /// Aligned columns, for reading, at most [`MOST_TABLE_ROWS`] rows; NULL is empty.
     Table,
     /// Comma-separated values (RFC 4180) under a line of names; NULL is empty.
     Csv,
@@ -64,6 +67,11 @@ impl<'a> Sink<'a> {
         Ok(Self { format, names, out, kept: Vec::new(), rows: 0 })
     }
 
+    /// Whether no further row can be taken.
+    pub(super) fn is_full(&self) -> bool {
+        self.format == Format::Table && self.rows == MOST_TABLE_ROWS
+    }
+
     /// Takes one row.
     pub(super) fn row(&mut self, values: &[ValueRef<'_>]) -> Result<()> {
         self.rows += 1;
@@ -78,7 +86,11 @@ impl<'a> Sink<'a> {
                     members.map(|(name, value)| format!("{}:{}", json_text(name), json_cell(*value))).collect();
                 write!(self.out, "{}{{{}}}", if self.rows == 1 { "\n" } else { ",\n" }, members.join(","))
             }
-            Format::Table | Format::Parquet => {
+            Format::Table => {
+                self.kept.push(values.iter().map(|value| shown(*value)).collect());
+                Ok(())
+            }
+            Format::Parquet => {
                 self.kept.push(values.iter().map(|value| owned(*value)).collect());
                 Ok(())
             }
@@ -115,6 +127,14 @@ fn owned(value: ValueRef<'_>) -> Value {
         ValueRef::Real(number) => Value::Real(number),
         ValueRef::Text(bytes) => Value::Text(text(bytes)),
         ValueRef::Blob(bytes) => Value::Blob(bytes.to_owned()),
+    }
+}
+
+/// A value as a table shows it: of bytes, how many they are.
+fn shown(value: ValueRef<'_>) -> Value {
+    match value {
+        ValueRef::Blob(bytes) => Value::Text(format!("<{} bytes>", bytes.len())),
+        other => owned(other),
     }
 }
 
