@@ -67,16 +67,22 @@ pub(super) fn fit(
     // What follows may wait for a reader, and others may want the store.
     drop(store);
     fits.retain(|fit| wanted(fit.point.point_id));
+    if fits.is_empty() && !quiet {
+        eprintln!("no run is finished yet, so there is nothing to fit");
+    }
     let exit = show(&fits)?;
     if let Some(error) = unsaved.filter(|_| !quiet) {
         eprintln!(
-            "note: these fits are not kept in the store, where lambda_fits and speed_averages stay as they were: {error}"
+            "note: these fits are not kept in the store, so lambda_fits and speed_averages stay as they were: {error}"
         );
     }
     Ok(exit)
 }
 
-/// Both tables.
+/// Both tables; nothing where there is nothing.
 pub(super) fn tables(fits: &[FittedPoint<'_>]) -> String {
-    format!("{}\n{}", decay_lengths(fits), mean_speeds(fits))
+    match fits {
+        [] => String::new(),
+        fits => format!("{}\n{}", decay_lengths(fits), mean_speeds(fits)),
+    }
 }

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `query`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Beside SQLite's functions there are sqrt, exp, ln, log10, sin, cos, floor, ceil, power(x, y), and of many numbers median(x),
-stddev(x) and percentile(x, p), p from 0 to 100. These leave NULL out.")]
+Beside SQLite's functions there are sqrt, exp, ln, log10, sin, cos, floor, ceil, power(x, y), and of many numbers
+median(x), stddev(x) and percentile(x, p), p from 0 to 100. These leave NULL out.")]
 pub(super) struct Arguments {
     /// The store
     store: PathBuf,

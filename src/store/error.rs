@@ -49,10 +49,10 @@ pub enum StoreError {
     /// The database belongs to another program.
     #[error("{} is a database of another program: name another folder with --store", .0.display())]
     Foreign(PathBuf),
-    /// A run that was killed left a log, and reading it would write.
+    /// A run that was killed left a log, which cannot be read without writing.
     #[error(
-        "{} holds results that are not in store.db yet, and to read it SQLite has to write beside it, which is not \
-         allowed here: copy the whole folder and ask the copy, or let its owner run `meniscus status` on it",
+        "{} holds results that are not in store.db yet. To read them SQLite has to write beside it, and there is no \
+         right or no room to: copy the whole folder and ask the copy, or let its owner run `meniscus status` on it",
         .0.display()
     )]
     Unfinished(PathBuf),
@@ -165,12 +165,10 @@ impl StoreError {
                     | ErrorKind::StorageFull
                     | ErrorKind::QuotaExceeded
             ),
-            Self::Sql { source, .. } => {
-                matches!(
-                    source.sqlite_error_code(),
-                    Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::DiskFull)
-                )
-            }
+            Self::Sql { source, .. } => matches!(
+                source.sqlite_error_code(),
+                Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::DiskFull | ErrorCode::SystemIoFailure)
+            ),
             _ => false,
         }
     }

@@ -1,10 +1,10 @@
 //! Reading a store: SQL for people, and the questions that the program itself asks.
 //!
 //! Start with `query.rs`, which answers one statement. `samples_table.rs` makes the Parquet files a table in it,
-//! `job_table.rs` the outlines of droplets and the obstacles near their paths. `opening.rs` connects to the database,
-//! also without the right to write. The other files each answer one question of the program: which jobs there are (`jobs.rs`), what they left
-//! (`records.rs`, `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`,
-//! `last_run.rs`).
+//! `job_table.rs` the outlines of droplets and the obstacles near their paths (`obstacles.rs`). `opening.rs` connects to
+//! the database, also without the right to write, and `rows.rs` writes rows that the program worked out itself. The
+//! other files each answer one question of the program: which jobs there are (`jobs.rs`), what they left (`records.rs`,
+//! `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`, `last_run.rs`).
 //!
 //! **Locking.** Reading takes no lock on the database, so it works while a run goes on. A connection that reads samples
 //! announces itself in the file `readers`, and the writer leaves superseded sample files alone until it has gone.

@@ -1,13 +1,13 @@
-//! Connecting to a database that is only read, also where nothing may be written.
+//! Connecting to a database that is only read, also where nothing can be written.
 //!
-//! In WAL mode SQLite writes even to read: it makes `store.db-shm` beside the database. Where it may not, a store that
-//! nobody writes (it was closed, so nothing waits in a log) is opened as a file that does not change. If a run begins
-//! to write it meanwhile, [`still_unchanged`] says so.
+//! In WAL mode SQLite writes even to read: it makes `store.db-shm` beside the database. Where it has no right to, or no
+//! room, a store that nobody writes (it was closed, so nothing waits in a log) is opened as a file that does not
+//! change. If a run begins to write it meanwhile, [`still_unchanged`] says so.
 
 use crate::store::error::StoreError;
 use crate::store::folders::{database, is_unfinished};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
-use rusqlite::{Connection, ErrorCode, OpenFlags};
+use rusqlite::{Connection, ErrorCode, OpenFlags, ffi};
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -47,9 +47,13 @@ fn open_unchanging(path: &Path) -> rusqlite::Result<Connection> {
     Ok(conn)
 }
 
-/// Whether SQLite was not allowed to write what it needs beside the database.
+/// Whether SQLite could not write what it needs beside the database, for want of the right or of room.
 fn is_refusal(error: &rusqlite::Error) -> bool {
-    matches!(error.sqlite_error_code(), Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen))
+    let no_shared_memory = [ffi::SQLITE_IOERR_SHMOPEN, ffi::SQLITE_IOERR_SHMSIZE, ffi::SQLITE_IOERR_SHMMAP];
+    error.sqlite_error().is_some_and(|error| {
+        matches!(error.code, ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::DiskFull)
+            || no_shared_memory.contains(&error.extended_code)
+    })
 }
 
 /// The name by which SQLite opens a file that does not change: no lock, no log.
