@@ -46,7 +46,10 @@ impl Arguments {
                 let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
                 let retry = format!("{again} --retry");
                 let exit = tell_stopped(&stopped, &dir, quiet, &again, Some(&retry))?;
-                fit::fit(&dir, quiet, |id| mine.contains(&id), print_tables)?;
+                // All is saved, so how the run ended is what counts.
+                if let Err(error) = fit::fit(&dir, quiet, |id| mine.contains(&id), print_tables) {
+                    eprintln!("note: the tables of what is finished could not be made: {error}");
+                }
                 return Ok(exit);
             }
         };

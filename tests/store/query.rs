@@ -206,7 +206,7 @@ fn the_table_obstacles_has_every_disc_near_the_path_and_no_other() {
         let way: Vec<[f64; 2]> = way.chain([[shape.x[0], shape.y[0]]]).collect();
         let mut near = Vec::new();
         array.for_each_in([0.0; 2], [-20.0, 300.0, -60.0, 20.0], |disc| {
-            if way.iter().any(|[x, y]| (x - disc.x).hypot(y - disc.y) <= 1.0 + array.radius) {
+            if way.iter().any(|[x, y]| libm::hypot(x - disc.x, y - disc.y) <= 1.0 + array.radius) {
                 near.push((disc.id, disc.x, disc.y));
             }
         });
