@@ -1,9 +1,10 @@
 //! `meniscus check [DIR]`: finds what is damaged or missing in a store, and repairs it if asked to.
 
-use crate::cli::talk::{print, typed};
+use crate::cli::output::deliver;
+use crate::cli::talk::typed;
 use crate::cli::{CommandResult, Exit, store_here};
-use crate::store::{CheckReport, check, repair};
-use std::fmt::Write;
+use crate::store::{CheckReport, Finding, Format, Value, check, repair, write_rows};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `check`.
@@ -14,6 +15,9 @@ pub(super) struct Arguments {
     /// Move what is broken to quarantine/ and set its jobs back to pending; nothing is removed
     #[arg(long)]
     repair: bool,
+    /// How to write the findings: table (in words), or a row for each as csv, json or parquet
+    #[arg(long, default_value = "table")]
+    format: Format,
 }
 
 impl Arguments {
@@ -21,7 +25,10 @@ impl Arguments {
     pub(super) fn run(&self, quiet: bool) -> CommandResult {
         let dir = store_here(self.store.as_deref())?;
         let report = if self.repair { repair(&dir)? } else { check(&dir)? };
-        print(described(&report))?;
+        deliver(self.format, None, |out: &mut dyn Write| match self.format {
+            Format::Table => out.write_all(described(&report).as_bytes()),
+            format => write_rows(&["file", "problem", "cure"], report.findings.iter().map(row), format, out),
+        })?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
         notes.iter().for_each(|note| eprintln!("note: {note}"));
         if !quiet {
@@ -38,9 +45,10 @@ impl Arguments {
 
 /// Two lines per finding: what is wrong with which file, and what is done about it.
 fn described(report: &CheckReport) -> String {
-    let mut text = String::new();
-    for finding in &report.findings {
-        let _ = writeln!(text, "{}: {}\n    {}", finding.file.display(), finding.problem, finding.cure);
-    }
-    text
+    let line = |finding: &Finding| format!("{}: {}\n    {}\n", finding.file.display(), finding.problem, finding.cure);
+    report.findings.iter().map(line).collect()
+}
+
+fn row(finding: &Finding) -> Vec<Value> {
+    vec![finding.file.display().to_string().into(), finding.problem.clone().into(), finding.cure.clone().into()]
 }

@@ -53,7 +53,7 @@ impl Effort {
 }
 
 /// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that
-/// tries failures of a class again. Prints no tables: somebody waits for the end.
+/// tries failures of a class again. Everything is saved by then; tables of what is finished come after.
 pub(super) fn tell_stopped(
     stopped: &Stopped,
     dir: &Path,
@@ -78,7 +78,7 @@ pub(super) fn tell_stopped(
         StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
     };
     if !quiet {
-        eprintln!("{why}: {kept}.\n  to go on: {again}\n  tables of what is finished: meniscus fit {dir}");
+        eprintln!("{why}: {kept}.\n  to go on: {again}");
     }
     Ok(exit)
 }

@@ -1,13 +1,14 @@
-//! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, kept in the store and printed.
+//! `meniscus fit DIR`: decay lengths and mean speeds of all finished runs, printed, and kept in the store where nothing
+//! forbids that.
 
-use crate::cli::talk::print;
-use crate::cli::{CommandResult, Exit, store_here};
+use crate::cli::output::deliver;
+use crate::cli::{CommandResult, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, further_runs, mean_speeds};
-use crate::store::{Store, StoreError, open_reading, point_runs, save_fits};
-use crate::study::fits::fit_all;
+use crate::store::{Format, Store, StoreError, open_reading, point_runs, save_fits, write_fits};
+use crate::study::fits::{FittedPoint, fit_all};
 use std::collections::HashMap;
-use std::error::Error;
+use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -16,35 +17,78 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
+    /// How to write the fits: table, or a row for each point as csv, json or parquet
+    #[arg(long, default_value = "table")]
+    format: Format,
 }
 
 impl Arguments {
     /// Runs the subcommand.
-    pub(super) fn run(&self) -> CommandResult {
-        print(&tables(&store_here(self.store.as_deref())?, None)?)?;
-        Ok(Exit::Done)
+    pub(super) fn run(&self, quiet: bool) -> CommandResult {
+        let dir = store_here(self.store.as_deref())?;
+        fit(
+            &dir,
+            quiet,
+            |_| true,
+            |fits| {
+                deliver(self.format, None, |out: &mut dyn Write| match self.format {
+                    Format::Table => out.write_all(tables(fits, None).as_bytes()),
+                    format => write_fits(fits, format, out),
+                })
+            },
+        )
     }
 }
 
 /// The seeds that a campaign asks for, by point.
 pub(super) type Asked = HashMap<PointId, Range<u64>>;
 
-/// Fits every point of the store in `dir`, saves the fits there, and returns the tables: of all points, or of those
-/// that a campaign asks for.
-pub(super) fn tables(dir: &Path, asked: Option<&Asked>) -> Result<String, Box<dyn Error>> {
-    match open_reading(dir) {
-        Ok(None) => return Err(StoreError::Missing(dir.to_owned()).into()),
-        // Opening it for writing upgrades it.
-        Ok(Some(_)) | Err(StoreError::Older { .. }) => {}
+/// Fits every point of the store in `dir`, and hands those that are `wanted` to `show`. The fits are saved in the
+/// store; where another process writes it, or nobody may write it, they are only shown, and this is said.
+pub(super) fn fit(
+    dir: &Path,
+    quiet: bool,
+    wanted: impl Fn(PointId) -> bool,
+    show: impl FnOnce(&[FittedPoint<'_>]) -> CommandResult,
+) -> CommandResult {
+    let (mut store, mut unsaved) = match Store::open_existing(dir) {
+        Ok(store) => (Some(store), None),
+        Err(error) if error.forbids_writing_alone() => (None, Some(error)),
         Err(error) => return Err(error.into()),
-    }
-    let mut store = Store::open(dir)?;
-    let points = point_runs(store.connection())?;
+    };
+    let points = match &store {
+        Some(store) => point_runs(store.connection())?,
+        None => point_runs(&open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?)?,
+    };
     let mut fits = fit_all(&points);
-    let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
-    let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
-    save_fits(&mut store, &lambdas, &speeds)?;
-    fits.retain(|fit| asked.is_none_or(|asked| asked.contains_key(&fit.point.point_id)));
-    let further = asked.map(|asked| further_runs(&fits, asked)).unwrap_or_default();
-    Ok(format!("{}\n{}{further}", decay_lengths(&fits), mean_speeds(&fits)))
+    if let Some(store) = &mut store {
+        let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
+        let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
+        match save_fits(store, &lambdas, &speeds) {
+            Err(error) if error.forbids_writing_alone() => unsaved = Some(error),
+            saved => saved?,
+        }
+    }
+    // What follows may wait for a reader, and others may want the store.
+    drop(store);
+    fits.retain(|fit| wanted(fit.point.point_id));
+    if fits.is_empty() && !quiet {
+        eprintln!("no run is finished yet, so there is nothing to fit");
+    }
+    let exit = show(&fits)?;
+    if let Some(error) = unsaved.filter(|_| !quiet) {
+        eprintln!(
+            "note: these fits are not kept in the store, so lambda_fits and speed_averages stay as they were: {error}"
+        );
+    }
+    Ok(exit)
+}
+
+/// Both tables, and where they use more runs than a campaign asks for; nothing where there is nothing.
+pub(super) fn tables(fits: &[FittedPoint<'_>], asked: Option<&Asked>) -> String {
+    let further = asked.map(|asked| further_runs(fits, asked)).unwrap_or_default();
+    match fits {
+        [] => String::new(),
+        fits => format!("{}\n{}{further}", decay_lengths(fits), mean_speeds(fits)),
+    }
 }

@@ -8,6 +8,7 @@ mod deadline;
 mod effort;
 mod export;
 mod fit;
+mod output;
 mod plan;
 mod progress;
 mod query;
@@ -17,6 +18,7 @@ mod run;
 mod status;
 mod talk;
 
+use crate::store;
 use clap::{Parser, Subcommand};
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -85,9 +87,9 @@ impl Cli {
             Command::Run(arguments) => arguments.run(self.quiet),
             Command::Plan(arguments) => arguments.run(),
             Command::Status(arguments) => arguments.run(),
-            Command::Query(arguments) => arguments.run(),
+            Command::Query(arguments) => arguments.run(self.quiet),
             Command::Export(arguments) => arguments.run(),
-            Command::Fit(arguments) => arguments.run(),
+            Command::Fit(arguments) => arguments.run(self.quiet),
             Command::Render(arguments) => arguments.run(self.quiet),
             Command::Check(arguments) => arguments.run(self.quiet),
             Command::Accuracy(arguments) => arguments.run(self.quiet),
@@ -118,13 +120,18 @@ impl From<Exit> for ExitCode {
 
 /// The store asked for, or `NAME.meniscus` in the current directory.
 fn store_of(asked: Option<&Path>, campaign: &str) -> PathBuf {
-    asked.map_or_else(|| PathBuf::from(format!("{campaign}.meniscus")), Path::to_owned)
+    asked.map_or_else(|| PathBuf::from(format!("{campaign}.meniscus")), whole_store)
 }
 
-/// The store asked for, or the only one in the current directory.
+/// The store at a path, or the one that the path lies in, as `store.db` and `samples/` do.
+fn whole_store(path: &Path) -> PathBuf {
+    store::around(path).unwrap_or_else(|| path.to_owned())
+}
+
+/// The store asked for, or the only one in the current directory, or the one that the current directory is in.
 fn store_here(asked: Option<&Path>) -> Result<PathBuf, Box<dyn Error>> {
     if let Some(dir) = asked {
-        return Ok(dir.to_owned());
+        return Ok(whole_store(dir));
     }
     let is_store = |path: &PathBuf| path.extension().is_some_and(|e| e == "meniscus") && path.is_dir();
     let paths = std::fs::read_dir(".")?.filter_map(|entry| Some(PathBuf::from(entry.ok()?.file_name())));
@@ -132,7 +139,9 @@ fn store_here(asked: Option<&Path>) -> Result<PathBuf, Box<dyn Error>> {
     found.sort();
     match (found.pop(), found.len()) {
         (Some(only), 0) => Ok(only),
-        (None, _) => Err("no store NAME.meniscus in this folder; name one, or start one with `meniscus run`".into()),
+        (None, _) if store::is_there(Path::new(".")) => Ok(PathBuf::from(".")),
+        (None, _) => store::around(Path::new("."))
+            .ok_or_else(|| "no store NAME.meniscus in this folder; name one, or start one with `meniscus run`".into()),
         (Some(_), others) => Err(format!("{} stores in this folder; name the one you mean", others + 1).into()),
     }
 }

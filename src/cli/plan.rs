@@ -1,9 +1,12 @@
 //! `meniscus plan CAMPAIGN.toml`: what a campaign would do; writes nothing.
 
 use crate::campaign::file::Campaign;
-use crate::cli::talk::print;
-use crate::cli::{CommandResult, Exit, store_of};
+use crate::campaign::plan::BlockPlan;
+use crate::cli::output::deliver;
+use crate::cli::{CommandResult, store_of};
 use crate::execute::{self, Options};
+use crate::store::{Format, Value, write_rows};
+use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `plan`.
@@ -17,6 +20,9 @@ pub(super) struct Arguments {
     /// Worker threads to estimate the time for [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+    /// How to write the plan: table (in words), or a row for each block as csv, json or parquet
+    #[arg(long, default_value = "table")]
+    format: Format,
 }
 
 impl Arguments {
@@ -24,7 +30,50 @@ impl Arguments {
     pub(super) fn run(&self) -> CommandResult {
         let campaign = Campaign::load(&self.campaign)?;
         let plan = execute::plan(&campaign, &store_of(self.store.as_deref(), &campaign.name))?;
-        print(plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from)))?;
-        Ok(Exit::Done)
+        let threads = self.threads.map_or_else(|| Options::default().threads, usize::from);
+        deliver(self.format, None, |out: &mut dyn Write| match self.format {
+            Format::Table => out.write_all(plan.render(threads).as_bytes()),
+            format => write_rows(&COLUMNS, plan.blocks.iter().map(|block| row(block, threads)), format, out),
+        })
     }
+}
+
+const COLUMNS: [&str; 19] = [
+    "block",
+    "model",
+    "scene",
+    "points",
+    "runs_per_point",
+    "new",
+    "pending",
+    "running",
+    "done",
+    "failed",
+    "shared",
+    "dt_min",
+    "dt_max",
+    "dt_limit_min",
+    "dt_limit_max",
+    "cpu_s",
+    "longest_s",
+    "wall_s",
+    "cost_by_distance",
+];
+
+/// The values of [`COLUMNS`]; times in t0, costs in seconds.
+fn row(block: &BlockPlan, threads: usize) -> Vec<Value> {
+    let (counts, cost) = (&block.counts, &block.cost);
+    let mut row = vec![
+        Value::from(block.name.clone()),
+        block.model.to_owned().into(),
+        block.scene.to_owned().into(),
+        (block.points as i64).into(),
+    ];
+    let whole = [block.runs, counts.new, counts.pending, counts.running, counts.done, counts.failed, counts.shared];
+    row.extend(whole.map(|count| Value::from(count as i64)));
+    let [dt, limit] = [block.dt, block.dt_limit];
+    let numbers = [dt.low, dt.high, limit.low, limit.high, cost.total_s, cost.longest_s, cost.wall_s(threads)];
+    row.extend(numbers.map(Value::from));
+    row.push(cost.by_distance.into());
+    row
 }

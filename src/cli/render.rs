@@ -1,7 +1,7 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
 use crate::cli::talk::{print, typed, write_file};
-use crate::cli::{CommandResult, Exit};
+use crate::cli::{CommandResult, Exit, whole_store};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
 use crate::report::caption::Caption;
@@ -11,6 +11,7 @@ use crate::report::surroundings::Surroundings;
 use crate::report::view::View;
 use crate::store::{self, JobStory, StoredJob};
 use clap::ValueEnum;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -24,6 +25,7 @@ const ZOOM: (f32, f32) = (2.0, 0.75);
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The store
+    #[arg(value_parser = PathBufValueParser::new().map(|path| whole_store(&path)))]
     store: PathBuf,
     /// The job, or the first digits of its id; without it, a few jobs to choose from are listed
     job: Option<String>,

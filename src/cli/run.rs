@@ -9,6 +9,7 @@ use crate::cli::talk::{print, typed};
 use crate::cli::{CommandResult, Exit, fit};
 use crate::execute::{self, Options, Retry, RunReport};
 use crate::results::trajectory::FailureClass;
+use crate::study::fits::FittedPoint;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -37,16 +38,23 @@ impl Arguments {
         };
         let campaign = Campaign::load(&self.campaign)?;
         let dir = self.effort.store(&campaign.name);
+        let asked = asked(&campaign);
+        let tables = || fit::fit(&dir, quiet, |id| asked.contains_key(&id), |fits| print_tables(fits, &asked));
         let mut display = Display::new(&dir, quiet);
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),
             RunReport::Stopped(stopped) => {
                 let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
                 let retry = format!("{again} --retry");
-                return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
+                let exit = tell_stopped(&stopped, &dir, quiet, &again, Some(&retry))?;
+                // All is saved, so how the run ended is what counts.
+                if let Err(error) = tables() {
+                    eprintln!("note: the tables of what is finished could not be made: {error}");
+                }
+                return Ok(exit);
             }
         };
-        print(&fit::tables(&dir, Some(&asked(&campaign)))?)?;
+        tables()?;
         let (exit, how) = if failed > 0 {
             let query = format!("meniscus query {} \"select * from failures\"", typed(&dir));
             (Exit::FailedJobs, format!("{done} jobs are done, {failed} failed; see them with: {query}"))
@@ -72,6 +80,11 @@ fn asked(campaign: &Campaign) -> Asked {
         }
     }
     asked
+}
+
+fn print_tables(fits: &[FittedPoint<'_>], asked: &Asked) -> CommandResult {
+    print(fit::tables(fits, Some(asked)))?;
+    Ok(Exit::Done)
 }
 
 fn parse_retry(text: &str) -> Result<Retry, String> {

@@ -1,12 +1,15 @@
 //! `meniscus status [DIR]`: how far a store has come.
 
 use crate::campaign::durations::written;
-use crate::cli::talk::print;
-use crate::cli::{CommandResult, Exit, store_here};
+use crate::cli::output::deliver;
+use crate::cli::{CommandResult, store_here};
 use crate::execute::Progress;
 use crate::execute::machine_speed;
 use crate::physics::simd;
-use crate::store::{LastRun, RunProgress, StateCounts, Status, last_run, status};
+use crate::store::{
+    CampaignCounts, Format, LastRun, RunProgress, StateCounts, Status, Value, last_run, status, write_rows,
+};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -15,9 +18,12 @@ use std::time::Duration;
 pub(super) struct Arguments {
     /// The store [default: the only one in this folder]
     store: Option<PathBuf>,
-    /// As JSON
-    #[arg(long)]
+    /// As JSON: short for --format json
+    #[arg(long, conflicts_with = "format")]
     json: bool,
+    /// How to write it: table (in words), json, or a row for each campaign as csv or parquet
+    #[arg(long, default_value = "table")]
+    format: Format,
 }
 
 impl Arguments {
@@ -37,15 +43,26 @@ impl Arguments {
             }
             None => None,
         };
-        let text = if self.json {
-            let time_left_s = time_left.map(|left| left.as_secs_f64());
-            serde_json::to_string_pretty(&WithTimeLeft { status: &status, time_left_s })? + "\n"
-        } else {
-            describe(&status, time_left)
-        };
-        print(&text)?;
-        Ok(Exit::Done)
+        let format = if self.json { Format::Json } else { self.format };
+        deliver(format, None, |out: &mut dyn Write| match format {
+            Format::Table => out.write_all(describe(&status, time_left).as_bytes()),
+            Format::Json => {
+                let time_left_s = time_left.map(|left| left.as_secs_f64());
+                serde_json::to_writer_pretty(&mut *out, &WithTimeLeft { status: &status, time_left_s })?;
+                writeln!(out)
+            }
+            format => write_rows(&COLUMNS, status.campaigns.iter().map(row), format, out),
+        })
     }
+}
+
+const COLUMNS: [&str; 6] = ["campaign", "jobs", "pending", "running", "done", "failed"];
+
+/// The values of [`COLUMNS`].
+fn row(campaign: &CampaignCounts) -> Vec<Value> {
+    let counts = &campaign.counts;
+    let numbers = [counts.jobs(), counts.pending, counts.running, counts.done, counts.failed];
+    [Value::from(campaign.campaign.clone())].into_iter().chain(numbers.map(|n| Value::from(n as i64))).collect()
 }
 
 /// The status, and how long the run that is under way will take.

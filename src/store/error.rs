@@ -49,6 +49,16 @@ pub enum StoreError {
     /// The database belongs to another program.
     #[error("{} is a database of another program: name another folder with --store", .0.display())]
     Foreign(PathBuf),
+    /// A run that was killed left a log, which cannot be read without writing.
+    #[error(
+        "{} holds results that are not in store.db yet. To read them SQLite has to write beside it, and there is no \
+         right or no room to: copy the whole folder and ask the copy, or let its owner run `meniscus status` on it",
+        .0.display()
+    )]
+    Unfinished(PathBuf),
+    /// Somebody began to write a store that was read without the right to write.
+    #[error("{}: a run began to write it while it was read, so the answer may be wrong: ask again", .0.display())]
+    Changed(PathBuf),
     /// The folder lies where SQLite's write-ahead log cannot work.
     #[error(
         "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store, or, if you know \
@@ -131,7 +141,7 @@ fn hint(source: &rusqlite::Error) -> &'static str {
             "; `meniscus check DIR --repair` saves what can be saved"
         }
         Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly) => {
-            "; SQLite needs the right to write in the folder, even to read: ask for it, or copy the whole folder"
+            "; ask the owner of the folder for the right to it, or copy the whole folder"
         }
         Some(ErrorCode::DiskFull) => "; free some space, then do the same again",
         Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
@@ -142,6 +152,27 @@ fn hint(source: &rusqlite::Error) -> &'static str {
 }
 
 impl StoreError {
+    /// Whether it only keeps this process from writing, so that reading may still do: another process writes, the
+    /// system gives no right to, or there is no room.
+    pub(crate) fn forbids_writing_alone(&self) -> bool {
+        use std::io::ErrorKind;
+        match self {
+            Self::Locked { .. } | Self::NetworkFileSystem { .. } => true,
+            Self::Io { source, .. } => matches!(
+                source.kind(),
+                ErrorKind::PermissionDenied
+                    | ErrorKind::ReadOnlyFilesystem
+                    | ErrorKind::StorageFull
+                    | ErrorKind::QuotaExceeded
+            ),
+            Self::Sql { source, .. } => matches!(
+                source.sqlite_error_code(),
+                Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::DiskFull | ErrorCode::SystemIoFailure)
+            ),
+            _ => false,
+        }
+    }
+
     /// For `map_err`: an I/O error at `path`.
     pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Io { path: path.to_owned(), source }

@@ -16,6 +16,31 @@ pub(super) fn log(dir: &Path) -> PathBuf {
     dir.join("store.db-wal")
 }
 
+/// Whether the database has pages that are not in its file: a log, or a journal to be rolled back.
+pub(super) fn is_unfinished(dir: &Path) -> bool {
+    let has_bytes = |path: PathBuf| path.metadata().is_ok_and(|file| file.len() > 0);
+    has_bytes(log(dir)) || has_bytes(dir.join("store.db-journal"))
+}
+
+/// Whether there is a store in `dir`.
+pub(crate) fn is_there(dir: &Path) -> bool {
+    database(dir).is_file()
+}
+
+/// What a store consists of, as [`around`] recognises it.
+const PARTS: [&str; 6] = ["samples", "checkpoints", "dumps", "quarantine", "lock", "readers"];
+
+/// The store that an existing path lies in, if it is a part of one: people name `store.db`, or stand in `samples/`.
+pub(crate) fn around(path: &Path) -> Option<PathBuf> {
+    let path = std::fs::canonicalize(path).ok().filter(|path| !is_there(path))?;
+    let is_part = |part: &Path| {
+        let name = part.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with("store.db") || PARTS.contains(&name.as_ref())
+    };
+    let part = path.ancestors().find(|part| is_part(part) && part.parent().is_some_and(is_there));
+    part.and_then(Path::parent).map(Path::to_owned)
+}
+
 /// The folder of the sample files.
 pub(super) fn samples_dir(dir: &Path) -> PathBuf {
     dir.join("samples")

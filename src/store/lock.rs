@@ -63,6 +63,13 @@ pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
     Err(StoreError::Locked { dir: dir.to_owned(), holder: read_holder(&mut file) })
 }
 
+/// Keeps writers away without writing: what a reader can do who has no right to write. `None` where a process writes,
+/// or where there is no file to lock.
+pub(super) fn keep_writers_away(dir: &Path) -> Option<File> {
+    let file = File::open(path(dir)).ok()?;
+    file.try_lock_shared().ok().map(|()| file)
+}
+
 /// Who holds the lock of the store in `dir` now, if anyone does.
 pub(super) fn holder(dir: &Path) -> Option<Holder> {
     let mut file = File::open(path(dir)).ok()?;

@@ -83,11 +83,11 @@ mod every_fault;
 
 pub use check::{CheckReport, Finding, check, repair};
 pub use error::StoreError;
-pub(crate) use folders::Folders;
+pub(crate) use folders::{Folders, around, is_there};
 pub use holder::Holder;
 pub use read::export::{ExportedFile, export};
 pub use read::fits::point_runs;
-pub use read::format::Format;
+pub use read::format::{Format, MOST_TABLE_ROWS};
 pub(crate) use read::jobs::find_jobs;
 pub use read::jobs::{StoredJob, job, job_states};
 pub use read::last_run::{LastRun, PointWork, last_run};
@@ -95,14 +95,18 @@ pub use read::open_reading;
 pub use read::outlines::{JobStory, outlines};
 pub(crate) use read::outlines::{job_path, job_story};
 pub(crate) use read::query::example_jobs;
-pub use read::query::{QueryError, query};
+pub use read::query::{Answer, QueryError, query};
 pub(crate) use read::records::{Origins, origins, records};
+pub(crate) use read::rows::{write_fits, write_rows};
 pub use read::status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
 pub use write::Store;
 pub use write::fits::save_fits;
 pub use write::patience::Hurry;
 pub use write::register::{CampaignRecord, PlannedPoint, Provenance, Registered};
 pub use write::writer::{Message, OutcomeSender, Writer, WriterOptions, WriterStopped};
+
+/// A value of a row that is written by [`write_rows`].
+pub(crate) use rusqlite::types::Value;
 
 use std::time::SystemTime;
 

@@ -1,7 +1,9 @@
 //! SQL over a store: columns, the table `samples`, formats, errors.
 
 use super::make::*;
-use meniscus::store::{Format, QueryError, Store, Writer, query};
+use meniscus::parameters::{Density, ObstacleField, Scene};
+use meniscus::physics::walls::arrays::obstacles::ObstacleArray;
+use meniscus::store::{Answer, Format, MOST_TABLE_ROWS, QueryError, Store, Writer, query};
 use std::io::{ErrorKind, Write};
 
 #[test]
@@ -11,6 +13,26 @@ fn functions_of_numbers_are_there_and_give_null_where_they_have_no_value() {
     let sql = "SELECT sqrt(9), exp(0), ln(1), log10(1000), floor(-1.5), ceil(1.5), power(2, 10), sqrt(-1), exp(NULL)";
     let numbers = answer(dir.path(), sql, Format::Csv);
     assert_eq!(numbers.lines().nth(1), Some("3.0,1.0,0.0,3.0,-2.0,2.0,1024.0,,"));
+}
+
+#[test]
+fn median_stddev_and_percentile_leave_out_null_and_what_is_no_number() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    let numbers = |values: &str, asked: &str| csv(dir.path(), &format!("SELECT {asked} FROM (VALUES {values}) AS v"));
+    let asked = "median(column1), stddev(column1), percentile(column1, 25), percentile(column1, 100)";
+    assert_eq!(numbers("(4), (NULL), (1.0), ('word'), (2), (3.5)", asked), ["2.75,1.3768926368215255,1.75,4.0"]);
+    assert_eq!(numbers("(7)", asked), ["7.0,,7.0,7.0"], "one number has no scatter");
+    assert_eq!(numbers("(NULL), ('word')", asked), [",,,"]);
+    assert_eq!(numbers("(1e999), (1e999), (-1e999)", "median(column1)"), ["inf"]);
+    let groups = "SELECT model, median(seed) FROM (VALUES ('DP', 1), ('SP', 5), ('SP', 7)) AS v GROUP BY 1";
+    let groups = groups.replace("model, median(seed)", "column1, median(column2)");
+    assert_eq!(csv(dir.path(), &groups), ["DP,1.0", "SP,6.0"]);
+    for p in ["-1", "101", "column1", "NULL"] {
+        let sql = format!("SELECT percentile(column1, {p}) FROM (VALUES (1), (2)) AS v");
+        let error = query(dir.path(), &sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+        assert!(error.contains("one number from 0 to 100"), "{p}: {error}");
+    }
 }
 
 #[test]
@@ -105,6 +127,142 @@ fn sqlite_loops_over_jobs_and_looks_their_samples_up_whichever_way_a_join_is_wri
 }
 
 #[test]
+fn the_table_outline_has_every_vertex_of_every_shape() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(filled(dir.path(), &[ring(0.3), soft(1.0)], 3, 2, 10));
+    let sql = "SELECT model, seed, t, vertex, x, y FROM runs JOIN outline USING (job_id)
+               ORDER BY model, seed, t, vertex";
+    let mut lines = csv(dir.path(), sql).into_iter();
+    for (point, is_ring) in [(ring(0.3), true), (soft(1.0), false)] {
+        for (seed, t) in [(0, 0.0), (0, 1000.0), (1, 0.0), (1, 1000.0), (2, 0.0), (2, 1000.0)] {
+            let shape = outline(t, seed, is_ring);
+            for (vertex, (x, y)) in shape.x.iter().zip(&shape.y).enumerate() {
+                let model = point.model.name();
+                assert_eq!(lines.next().unwrap(), format!("{model},{seed},{t:?},{vertex},{x:?},{y:?}"));
+            }
+        }
+    }
+    assert_eq!(lines.next(), None);
+    let scan = csv(dir.path(), "SELECT * FROM outline WHERE +job_id IN (SELECT job_id FROM runs)");
+    let lookup = csv(dir.path(), "SELECT * FROM outline WHERE job_id IN (SELECT job_id FROM runs)");
+    let sorted = |mut lines: Vec<String>| {
+        lines.sort();
+        lines
+    };
+    assert_eq!((scan.len(), sorted(scan)), (36, sorted(lookup)));
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM outline WHERE job_id = 'nobody' OR job_id = 7"), ["0"]);
+    for join in ["outline JOIN runs USING (job_id)", "clog_events JOIN obstacles USING (job_id)"] {
+        let plan = csv(dir.path(), &format!("EXPLAIN QUERY PLAN SELECT * FROM {join}"));
+        assert!(plan.iter().any(|line| line.contains("VIRTUAL TABLE INDEX 1")), "it looks jobs up: {plan:#?}");
+    }
+}
+
+#[test]
+fn the_table_obstacles_has_every_disc_near_the_path_and_no_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 10.0 };
+    let mut point = soft(1.0);
+    point.scene = Scene::Obstacles(field.clone());
+    // The path leaves the box below, so there are images of discs beside it.
+    drop(filled(dir.path(), &[point.clone()], 2, 40, 10));
+    let sql = "SELECT seed, obstacle, x, y, radius FROM runs JOIN obstacles USING (job_id) ORDER BY seed, x, y";
+    let found = csv(dir.path(), sql);
+    let mut expected = Vec::new();
+    for seed in 0..2 {
+        let (array, samples) = (ObstacleArray::generate(&field, seed).unwrap(), trajectory(&point, seed, 40).samples);
+        // The path is straight, and the shapes are one point elsewhere.
+        let shape = outline(0.0, seed, false);
+        let ends = [0, 39].map(|row| [samples.h[row], samples.y[row]]);
+        let steps = (0..=4000).map(|k| f64::from(k) / 4000.0);
+        let way = steps.map(|s| [0, 1].map(|i| ends[0][i] + s * (ends[1][i] - ends[0][i])));
+        let way: Vec<[f64; 2]> = way.chain([[shape.x[0], shape.y[0]]]).collect();
+        let mut near = Vec::new();
+        array.for_each_in([0.0; 2], [-20.0, 300.0, -60.0, 20.0], |disc| {
+            if way.iter().any(|[x, y]| libm::hypot(x - disc.x, y - disc.y) <= 1.0 + array.radius) {
+                near.push((disc.id, disc.x, disc.y));
+            }
+        });
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        expected.extend(near.iter().map(|(id, x, y)| format!("{seed},{id},{x:?},{y:?},0.15")));
+    }
+    assert!(expected.len() > 100, "{}", expected.len());
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn scenes_without_discs_have_no_rows_in_obstacles() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut plate = soft(1.0);
+    plate.scene = Scene::Plate;
+    drop(filled(dir.path(), &[plate], 2, 4, 10));
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM obstacles"), ["0"]);
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM outline"), ["4"]);
+}
+
+#[test]
+fn a_table_stops_at_ten_thousand_rows_and_what_programs_read_does_not() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    let rows = |rows: usize| {
+        format!("WITH RECURSIVE c(n) AS (VALUES (1) UNION ALL SELECT n + 1 FROM c LIMIT {rows}) SELECT n FROM c")
+    };
+    for (asked, format, lines, extent) in [
+        (MOST_TABLE_ROWS, Format::Table, MOST_TABLE_ROWS + 1, Answer::Whole),
+        (2 * MOST_TABLE_ROWS, Format::Table, MOST_TABLE_ROWS + 1, Answer::Cut),
+        (2 * MOST_TABLE_ROWS, Format::Csv, 2 * MOST_TABLE_ROWS + 1, Answer::Whole),
+        (2 * MOST_TABLE_ROWS, Format::Json, 2 * MOST_TABLE_ROWS + 2, Answer::Whole),
+    ] {
+        let mut out = Vec::new();
+        assert_eq!(query(dir.path(), &rows(asked), format, &mut out).unwrap(), extent);
+        assert_eq!(String::from_utf8(out).unwrap().lines().count(), lines, "{asked} rows as {format:?}");
+    }
+}
+
+#[test]
+fn a_table_says_how_long_bytes_are_and_other_formats_give_them() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(Store::open(dir.path()).unwrap());
+    assert!(answer(dir.path(), "SELECT zeroblob(4096) AS b", Format::Table).contains("<4096 bytes>"));
+    assert_eq!(csv(dir.path(), "SELECT x'00ff'"), ["00ff"]);
+}
+
+#[test]
+fn statements_that_write_or_ask_for_nothing_are_refused_and_leave_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    drop(filled(dir.path(), &[soft(1.0)], 1, 2, 10));
+    let here = dir.path().display();
+    let files = || {
+        let mut files: Vec<_> =
+            std::fs::read_dir(dir.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        files.sort();
+        files
+    };
+    csv(dir.path(), "SELECT 1");
+    let before = files();
+    for sql in [
+        &format!("VACUUM INTO '{here}/copy.db'"),
+        &format!("  vacuum main into '{here}/copy.db'"),
+        "DROP TABLE jobs",
+        "CREATE TEMP TABLE mine (x)",
+        "CREATE VIRTUAL TABLE temp.mine USING fts5(x)",
+        "PRAGMA user_version = 7",
+        "PRAGMA journal_mode = delete",
+        "REINDEX",
+    ] {
+        let error = query(dir.path(), sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+        assert!(error.contains("a query only reads") && error.contains("`meniscus run`"), "{sql}: {error}");
+    }
+    for sql in ["", "  \n", "-- a comment", ";", "BEGIN", &format!("ATTACH '{here}/new.db' AS new")] {
+        let error = query(dir.path(), sql, Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+        assert!(error.contains("asks for nothing") && error.contains("select * from runs"), "{sql}: {error}");
+    }
+    let two = query(dir.path(), "SELECT 1; SELECT 2", Format::Csv, &mut Vec::new()).unwrap_err().to_string();
+    assert!(two.contains("one statement"), "{two}");
+    assert_eq!(files(), before);
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM jobs; -- all of them"), ["1"]);
+}
+
+#[test]
 fn counts_and_ids_come_from_an_index_alone_and_parameters_lead_to_their_jobs() {
     let dir = tempfile::tempdir().unwrap();
     drop(Store::open(dir.path()).unwrap());
@@ -193,12 +351,14 @@ fn an_error_names_the_place_and_the_tables_that_exist() {
     let unknown = error("SELECT * FROM run");
     assert!(unknown.contains("no such table: run"), "{unknown}");
     assert!(
-        unknown.contains("there are: samples, all_runs, clog_events, failures, lambda_fits, runs, shapes"),
+        unknown.contains(
+            "there are: samples, outline, obstacles, all_runs, clog_events, failures, lambda_fits, runs, shapes"
+        ),
         "{unknown}"
     );
     let column = error("SELECT job_id,\n gama FROM runs");
     assert!(column.contains("no such column: gama\n   gama FROM runs\n   ^"), "{column}");
-    assert!(error("DELETE FROM jobs").contains("readonly"), "a query cannot write");
+    assert!(error("DELETE FROM jobs").contains("a query only reads"), "a query cannot write");
 }
 
 #[test]

@@ -175,6 +175,9 @@ fn hold(dir: &Path, work: &mut Examination<'_>) -> Result<Option<File>, StoreErr
             format!("{holder} is at work: what it has not committed yet was left out")
         }
         Err(StoreError::Io { source, .. }) => {
+            if let Some(lock) = lock::keep_writers_away(dir) {
+                return Ok(Some(lock));
+            }
             format!("the store cannot be locked ({source}): files that no row names were left out")
         }
         Err(error) => return Err(error),

@@ -89,7 +89,8 @@ impl Export<'_> {
     fn table(&mut self, table: &str, sql: &str) -> Result<(), QueryError> {
         let mut statement = self.conn.prepare(sql).map_err(|error| explain(&self.conn, &error))?;
         let answer = columns_of(&self.conn, &statement);
-        let (file, said) = self.file(table, answer, |sink| pour(&self.conn, &mut statement, sink))?;
+        let (file, said) =
+            self.file(table, answer, |sink| pour(&self.conn, &mut statement, sink).map(|(rows, _)| rows))?;
         drop(statement);
         self.files.push(file);
         self.tables.push(said);

@@ -17,9 +17,11 @@ use std::path::Path;
 pub fn point_runs(conn: &Connection) -> Result<Vec<PointRuns>, StoreError> {
     let path = conn.path().unwrap_or_default().to_owned();
     let path = Path::new(&path);
+    // One transaction, so that all runs are of one moment.
+    let conn = conn.unchecked_transaction().map_err(StoreError::sql(path))?;
     let mut found = Vec::new();
-    for (key, id, spec) in all_points(conn).map_err(StoreError::sql(path))? {
-        let runs = runs_of(conn, key).map_err(StoreError::sql(path))?;
+    for (key, id, spec) in all_points(&conn).map_err(StoreError::sql(path))? {
+        let runs = runs_of(&conn, key).map_err(StoreError::sql(path))?;
         if runs.is_empty() {
             continue;
         }

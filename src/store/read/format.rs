@@ -12,10 +12,13 @@ use rusqlite::types::{Value, ValueRef};
 use std::io::{Result, Write};
 use std::str::FromStr;
 
+/// The most rows of a table for people, who do not read more; laying one out takes all of it in memory.
+pub const MOST_TABLE_ROWS: usize = 10_000;
+
 /// How the answer to a query is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Aligned columns, for reading; NULL is empty.
+    /// Aligned columns, for reading, at most [`MOST_TABLE_ROWS`] rows; NULL is empty.
     Table,
     /// Comma-separated values (RFC 4180) under a line of names; NULL is empty.
     Csv,
@@ -88,6 +91,11 @@ impl<'a> Sink<'a> {
         Ok(Self { format, names, out, kept: Vec::new(), parquet, rows: 0 })
     }
 
+    /// Whether no further row can be taken.
+    pub(super) fn is_full(&self) -> bool {
+        self.format == Format::Table && self.rows == MOST_TABLE_ROWS
+    }
+
     /// Takes one row.
     pub(super) fn row(&mut self, values: &[ValueRef<'_>]) -> Result<()> {
         self.rows += 1;
@@ -104,7 +112,7 @@ impl<'a> Sink<'a> {
             }
             Format::Parquet => self.parquet.as_mut().map_or(Ok(()), |file| file.row(values, self.out)),
             Format::Table => {
-                self.kept.push(values.iter().map(|value| owned(*value)).collect());
+                self.kept.push(values.iter().map(|value| shown(*value)).collect());
                 Ok(())
             }
         }
@@ -140,6 +148,14 @@ fn owned(value: ValueRef<'_>) -> Value {
         ValueRef::Real(number) => Value::Real(number),
         ValueRef::Text(bytes) => Value::Text(text(bytes)),
         ValueRef::Blob(bytes) => Value::Blob(bytes.to_owned()),
+    }
+}
+
+/// A value as a table shows it: of bytes, how many they are.
+fn shown(value: ValueRef<'_>) -> Value {
+    match value {
+        ValueRef::Blob(bytes) => Value::Text(format!("<{} bytes>", bytes.len())),
+        other => owned(other),
     }
 }
 

@@ -1,13 +1,16 @@
 //! Reading a store: SQL for people, and the questions that the program itself asks.
 //!
-//! Start with `query.rs`, which answers one statement; `samples_table.rs` makes the Parquet files a table in it,
-//! `parquet_rows.rs` writes an answer as such a file, and `export.rs` writes all tables. The
-//! other files each answer one question of the program: which jobs there are (`jobs.rs`), what they left
-//! (`records.rs`, `outlines.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`,
-//! `last_run.rs`).
+//! Start with `query.rs`, which answers one statement. `samples_table.rs` makes the Parquet files a table in it,
+//! `job_table.rs` the outlines of droplets and the obstacles near their paths (`obstacles.rs`); `parquet_rows.rs` writes
+//! an answer as a Parquet file, and `export.rs` writes all tables. `opening.rs` connects to the database, also without
+//! the right to write, and `rows.rs` writes rows that the program worked out itself. The other files each answer one
+//! question of the program: which jobs there are (`jobs.rs`), what they left (`records.rs`, `outlines.rs`), what a fit is
+//! made from (`fits.rs`), where a run stands (`status.rs`, `last_run.rs`).
 //!
 //! **Locking.** Reading takes no lock on the database, so it works while a run goes on. A connection that reads samples
 //! announces itself in the file `readers`, and the writer leaves superseded sample files alone until it has gone.
+//!
+//! Reading needs no right to write: a store that nobody writes is read as a file that does not change (`opening.rs`).
 //!
 //! **Compatibility.** A reader changes nothing, so it does not upgrade: it refuses an older schema and says what does.
 //! A store that does not exist is an empty one wherever that makes sense.
@@ -22,13 +25,17 @@ pub(super) mod export;
 pub(super) mod fits;
 pub(super) mod format;
 mod functions;
+mod job_table;
 pub(super) mod jobs;
 pub(super) mod last_run;
 mod natural_join;
+mod obstacles;
+mod opening;
 pub(super) mod outlines;
 mod parquet_rows;
 pub(super) mod query;
 pub(super) mod records;
+pub(super) mod rows;
 mod sample_reader;
 mod samples_table;
 pub(super) mod status;
@@ -37,10 +44,12 @@ use crate::parameters::Point;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::schema;
+use rusqlite::Connection;
 use rusqlite::config::DbConfig;
-use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
 use std::time::Duration;
+
+pub(super) use opening::connect;
 
 /// How long a connection waits for another one before it reports that the store is busy.
 pub(super) const BUSY_TIMEOUT: Duration = Duration::from_secs(30);
@@ -63,22 +72,6 @@ pub fn open_reading(dir: &Path) -> Result<Option<Connection>, StoreError> {
 /// [`StoreError::Missing`] without a store, and as [`open_reading`].
 fn open_existing(dir: &Path) -> Result<Connection, StoreError> {
     open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))
-}
-
-/// Connects to the database for reading, whatever its schema is.
-pub(super) fn connect(dir: &Path) -> Result<Connection, StoreError> {
-    let path = database(dir);
-    let open = || -> rusqlite::Result<Connection> {
-        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-        let conn = Connection::open_with_flags(&path, flags)?;
-        conn.busy_timeout(BUSY_TIMEOUT)?;
-        plan_once(&conn)?;
-        conn.pragma_update(None, "query_only", true)?;
-        // Looking jobs up by their hash goes all over the database.
-        conn.pragma_update(None, "cache_size", -64 * 1024)?;
-        Ok(conn)
-    };
-    open().map_err(StoreError::sql(&path))
 }
 
 /// Has SQLite plan a prepared statement once, and not anew for every value that is bound to it.

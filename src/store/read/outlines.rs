@@ -4,8 +4,9 @@ use crate::parameters::JobId;
 use crate::results::outline::Outline;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
+use crate::store::read::rows::JobRow;
 use crate::store::read::{corrupt, open_existing, samples_table};
-use rusqlite::{OptionalExtension, Row};
+use rusqlite::{Connection, OptionalExtension, Row};
 use std::path::Path;
 
 /// How a job went, in the words of the store.
@@ -31,16 +32,30 @@ pub struct JobStory {
 /// [`StoreError::Missing`] without a store; [`StoreError::Corrupt`] for a row that does not describe a shape.
 pub fn outlines(dir: &Path, id: JobId) -> Result<Vec<Outline>, StoreError> {
     let conn = open_existing(dir)?;
-    let read = || -> rusqlite::Result<Vec<Option<Outline>>> {
-        let mut statement = conn.prepare(
-            "SELECT t, vertices, loads FROM shape_rows JOIN jobs ON jobs.key = shape_rows.job
-             WHERE job_id = ?1 ORDER BY t",
-        )?;
-        statement.query_map([id.to_string()], outline)?.collect()
-    };
-    let rows = read().map_err(StoreError::sql(&database(dir)))?;
+    let rows = read(&conn, &id.to_string()).map_err(StoreError::sql(&database(dir)))?;
     let outlines: Option<Vec<_>> = rows.into_iter().collect();
     outlines.ok_or_else(|| corrupt(id, "its outline cannot be read".to_owned()))
+}
+
+/// The kept shapes of a job, by time; `None` for a row that does not describe one.
+pub(super) fn read(conn: &Connection, job_id: &str) -> rusqlite::Result<Vec<Option<Outline>>> {
+    let mut statement = conn.prepare_cached(
+        "SELECT t, vertices, loads FROM shape_rows JOIN jobs ON jobs.key = shape_rows.job
+         WHERE job_id = ?1 ORDER BY t",
+    )?;
+    statement.query_map([job_id], outline)?.collect()
+}
+
+/// The rows of a job in the table `outline`: its vertices, numbered from 0 in each shape.
+pub(super) fn vertices(conn: &Connection, job_id: &str) -> Result<Vec<JobRow>, StoreError> {
+    let sql_error = |error| StoreError::sql(Path::new(conn.path().unwrap_or_default()))(error);
+    let mut rows = Vec::new();
+    for outline in read(conn, job_id).map_err(sql_error)? {
+        let outline = outline.ok_or_else(|| corrupt(job_id, "its outline cannot be read".to_owned()))?;
+        let vertices = outline.x.iter().zip(&outline.y).zip(0_i64..);
+        rows.extend(vertices.map(|((&x, &y), vertex)| [outline.t.into(), vertex.into(), x.into(), y.into()]));
+    }
+    Ok(rows)
 }
 
 /// The shape in a row; `None` if the row does not describe one.

@@ -55,6 +55,27 @@ impl Access {
     }
 }
 
+/// Whether the statement gives the job, the first column of every such table; if so, `filter` gets it as its argument.
+pub(super) fn looks_up_job(info: &mut IndexInfo) -> bool {
+    let mut by_job = false;
+    for (constraint, mut usage) in info.constraints_and_usages() {
+        let is_job = constraint.column() == 0 && constraint.operator() == IndexConstraintOp::SQLITE_INDEX_CONSTRAINT_EQ;
+        if is_job && constraint.is_usable() && !by_job {
+            by_job = true;
+            usage.set_argv_index(1);
+            usage.set_omit(true);
+        }
+    }
+    by_job
+}
+
+/// Tells SQLite that looking a job up is cheap and a scan dear.
+pub(super) fn tell_cost(info: &mut IndexInfo, by_job: bool) {
+    let (cost, rows) = if by_job { (1e3, 1_000) } else { (1e12, 1_000_000_000) };
+    info.set_estimated_cost(cost);
+    info.set_estimated_rows(rows);
+}
+
 #[repr(C)]
 struct SamplesTable {
     base: sqlite3_vtab,
@@ -79,22 +100,11 @@ unsafe impl VTab<'_> for SamplesTable {
 
     fn best_index(&self, info: &mut IndexInfo) -> Result<bool> {
         let used = info.col_used() & ((1 << COLUMNS.len()) - 1);
-        let mut by_job = false;
-        for (constraint, mut usage) in info.constraints_and_usages() {
-            let is_job =
-                constraint.column() == 0 && constraint.operator() == IndexConstraintOp::SQLITE_INDEX_CONSTRAINT_EQ;
-            if is_job && constraint.is_usable() && !by_job {
-                by_job = true;
-                usage.set_argv_index(1);
-                usage.set_omit(true);
-            }
-        }
+        let by_job = looks_up_job(info);
         // The job's own id is known and need not be read.
         let columns = if by_job { used & !1 } else { used };
         info.set_idx_num(Access { by_job, columns }.to_number());
-        let (cost, rows) = if by_job { (1e3, 1_000) } else { (1e12, 1_000_000_000) };
-        info.set_estimated_cost(cost);
-        info.set_estimated_rows(rows);
+        tell_cost(info, by_job);
         Ok(true)
     }
 

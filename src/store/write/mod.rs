@@ -78,6 +78,14 @@ impl Store {
         Ok(store)
     }
 
+    /// Opens a store that is there, as [`open`](Self::open) does.
+    ///
+    /// # Errors
+    /// [`StoreError::Missing`] where there is none, and as [`open`](Self::open).
+    pub fn open_existing(dir: &Path) -> Result<Self, StoreError> {
+        if database(dir).exists() { Self::open(dir) } else { Err(StoreError::Missing(dir.to_owned())) }
+    }
+
     /// Opens the database and upgrades it, under a lock that is held.
     pub(super) fn connect(dir: &Path, lock: File) -> Result<Self, StoreError> {
         let path = database(dir);
