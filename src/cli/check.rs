@@ -1,6 +1,6 @@
 //! `meniscus check [DIR]`: finds what is damaged or missing in a store, and repairs it if asked to.
 
-use crate::cli::talk::{print, typed};
+use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit, store_here};
 use crate::store::{CheckReport, check, repair};
 use std::fmt::Write;
@@ -23,14 +23,14 @@ impl Arguments {
         let report = if self.repair { repair(&dir)? } else { check(&dir)? };
         print(described(&report))?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
-        notes.iter().for_each(|note| eprintln!("note: {note}"));
+        notes.iter().for_each(|note| say(format!("note: {note}")));
         if !quiet {
             let dir = typed(&dir);
-            match (findings.len(), repaired) {
-                (0, _) => eprintln!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
-                (found, false) => eprintln!("{dir}: {found} found; next: meniscus check {dir} --repair"),
-                (found, true) => eprintln!("{dir}: {found} found and put right; next: meniscus run CAMPAIGN.toml"),
-            }
+            say(match (findings.len(), repaired) {
+                (0, _) => format!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
+                (found, false) => format!("{dir}: {found} found; next: meniscus check {dir} --repair"),
+                (found, true) => format!("{dir}: {found} found and put right; next: meniscus run CAMPAIGN.toml"),
+            });
         }
         Ok(if findings.is_empty() { Exit::Done } else { Exit::Error })
     }

@@ -128,7 +128,10 @@ fn store_here(asked: Option<&Path>) -> Result<PathBuf, Box<dyn Error>> {
     found.sort();
     match (found.pop(), found.len()) {
         (Some(only), 0) => Ok(only),
-        (None, _) => Err("no store NAME.meniscus in this folder; name one, or start one with `meniscus run`".into()),
+        (None, _) => {
+            Err("no store NAME.meniscus in this folder; name one, or start one with `meniscus run CAMPAIGN.toml`"
+                .into())
+        }
         (Some(_), others) => Err(format!("{} stores in this folder; name the one you mean", others + 1).into()),
     }
 }

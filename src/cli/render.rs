@@ -1,6 +1,6 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::talk::{print, typed, write_file};
+use crate::cli::talk::{print, say, typed, write_file};
 use crate::cli::{CommandResult, Exit};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
@@ -62,7 +62,7 @@ impl Arguments {
         }
         write_file(&file, &bytes)?;
         if !quiet {
-            eprintln!("wrote {}", file.display());
+            say(format!("wrote {}", typed(&file)));
         }
         Ok(Exit::Done)
     }
@@ -72,7 +72,7 @@ impl Arguments {
         let mut table = Vec::new();
         store::example_jobs(&self.store, &mut table)?;
         print(&table)?;
-        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
+        say(format!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store)));
         Ok(Exit::Done)
     }
 
@@ -125,7 +125,7 @@ fn find(dir: &Path, prefix: &str) -> Result<JobId, Box<dyn Error>> {
 }
 
 fn no_such(dir: &Path, id: &str) -> String {
-    format!("no job `{id}` in {}: list some with `meniscus render {}`", dir.display(), typed(dir))
+    format!("no job `{id}` in {}: list some with `meniscus render {}`", typed(dir), typed(dir))
 }
 
 /// The story of a job that has ended.

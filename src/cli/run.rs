@@ -2,9 +2,9 @@
 
 use crate::campaign::durations;
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, tell_stopped};
+use crate::cli::effort::{Effort, lasts, tell_stopped};
 use crate::cli::progress::Display;
-use crate::cli::talk::{print, typed};
+use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit, fit};
 use crate::execute::{self, Options, Retry, RunReport};
 use crate::results::trajectory::FailureClass;
@@ -37,12 +37,13 @@ impl Arguments {
         };
         let campaign = Campaign::load(&self.campaign)?;
         let dir = self.effort.store(&campaign.name);
-        let mut display = Display::new(&dir, quiet);
+        let mut display = Display::new(&dir, quiet, self.effort.remark());
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),
             RunReport::Stopped(stopped) => {
-                let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
-                let retry = format!("{again} --retry");
+                let command = self.effort.command("meniscus run", &self.campaign);
+                let remark = if lasts(&self.campaign) { "" } else { "  (with the same campaign)" };
+                let (again, retry) = (format!("{command}{remark}"), format!("{command} --retry"));
                 return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
             }
         };
@@ -52,10 +53,10 @@ impl Arguments {
             let query = format!("meniscus query {} \"select * from failures\"", typed(&dir));
             (Exit::FailedJobs, format!("{done} jobs are done, {failed} failed; see them with: {query}"))
         } else {
-            (Exit::Done, format!("all {done} jobs are done; the results are in {}", dir.display()))
+            (Exit::Done, format!("all {done} jobs are done; the results are in {}", typed(&dir)))
         };
         if !quiet {
-            eprintln!("{how}");
+            say(how);
         }
         Ok(exit)
     }

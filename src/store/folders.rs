@@ -16,6 +16,12 @@ pub(super) fn log(dir: &Path) -> PathBuf {
     dir.join("store.db-wal")
 }
 
+/// The rollback journal beside the database: of a database that is not in the mode of write-ahead logs yet, or no
+/// longer, because another program changed it.
+pub(super) fn journal(dir: &Path) -> PathBuf {
+    dir.join("store.db-journal")
+}
+
 /// The folder of the sample files.
 pub(super) fn samples_dir(dir: &Path) -> PathBuf {
     dir.join("samples")

@@ -57,6 +57,7 @@
 //! Each folder may import those above it: the files here, then `schema`, `read`, `write`, `check`.
 
 pub mod checkpoint_file;
+mod deadline;
 mod disk;
 mod error;
 mod folders;
@@ -65,6 +66,7 @@ mod lock;
 mod quarantine;
 mod sample_file;
 mod seal;
+mod typed;
 
 mod schema;
 
@@ -80,6 +82,7 @@ mod check;
 mod every_fault;
 
 pub use check::{CheckReport, Finding, check, repair};
+pub use deadline::Deadline;
 pub use error::StoreError;
 pub(crate) use folders::Folders;
 pub use holder::Holder;
@@ -95,6 +98,7 @@ pub(crate) use read::query::example_jobs;
 pub use read::query::{QueryError, query};
 pub(crate) use read::records::{Origins, origins, records};
 pub use read::status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
+pub(crate) use typed::typed;
 pub use write::Store;
 pub use write::fits::save_fits;
 pub use write::patience::Hurry;

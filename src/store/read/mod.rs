@@ -32,7 +32,7 @@ pub(super) mod status;
 use crate::parameters::Point;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
-use crate::store::schema;
+use crate::store::schema::{self, birth};
 use rusqlite::config::DbConfig;
 use rusqlite::{Connection, OpenFlags};
 use std::path::Path;
@@ -61,9 +61,10 @@ fn open_existing(dir: &Path) -> Result<Connection, StoreError> {
     open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))
 }
 
-/// Connects to the database for reading, whatever its schema is.
+/// Connects to the database for reading, whatever its schema is. Undoes what a dead process left half-written.
 pub(super) fn connect(dir: &Path) -> Result<Connection, StoreError> {
     let path = database(dir);
+    birth::roll_back(dir)?;
     let open = || -> rusqlite::Result<Connection> {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let conn = Connection::open_with_flags(&path, flags)?;
