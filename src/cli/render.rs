@@ -49,7 +49,7 @@ enum Kind {
 impl Arguments {
     /// Runs the subcommand.
     pub(super) fn run(&self, quiet: bool) -> CommandResult {
-        let Some(prefix) = &self.job else { return self.list() };
+        let Some(prefix) = &self.job else { return self.list(quiet) };
         let id = find(&self.store, prefix)?;
         let file = self.output.clone().unwrap_or_else(|| {
             let kind = self.format.unwrap_or(Kind::Svg);
@@ -68,11 +68,13 @@ impl Arguments {
     }
 
     /// Lists jobs to choose from.
-    fn list(&self) -> CommandResult {
+    fn list(&self, quiet: bool) -> CommandResult {
         let mut table = Vec::new();
         store::example_jobs(&self.store, &mut table)?;
         print(&table)?;
-        say(format!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store)));
+        if !quiet {
+            say(format!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store)));
+        }
         Ok(Exit::Done)
     }
 

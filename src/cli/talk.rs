@@ -9,6 +9,7 @@ use std::error::Error;
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use tracing_indicatif::IndicatifLayer;
 use tracing_subscriber::Layer;
 use tracing_subscriber::filter::{LevelFilter, Targets};
@@ -48,8 +49,10 @@ pub(super) fn complain(error: &(dyn Error + 'static)) {
     }
 }
 
-/// How long talk waits for somebody who does not read on, such as a pager.
+/// How long talk waits for somebody who does not read on, such as a pager; once that was in vain it waits no more.
 const PATIENCE: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
+const NO_PATIENCE: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
+static WAITED_IN_VAIN: AtomicBool = AtomicBool::new(false);
 
 /// Stderr for talk that need not be heard. If the pipe is broken, the disk full, or nobody reads on, the program goes on
 /// all the same: its work and its exit code do not depend on that.
@@ -57,10 +60,13 @@ struct Talk;
 
 impl Write for Talk {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let mut stderr = std::io::stderr();
-        let is_ready = || poll(&mut [PollFd::new(&std::io::stderr(), PollFlags::OUT)], Some(&PATIENCE));
-        if !matches!(retry_on_intr(is_ready), Ok(0)) {
-            let _ = stderr.write_all(bytes);
+        let stderr = std::io::stderr();
+        let patience = if WAITED_IN_VAIN.load(Ordering::Relaxed) { NO_PATIENCE } else { PATIENCE };
+        let ready = retry_on_intr(|| poll(&mut [PollFd::new(&stderr, PollFlags::OUT)], Some(&patience)));
+        let in_vain = ready == Ok(0);
+        WAITED_IN_VAIN.store(in_vain, Ordering::Relaxed);
+        if !in_vain {
+            let _ = stderr.lock().write_all(bytes);
         }
         Ok(bytes.len())
     }
