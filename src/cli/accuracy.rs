@@ -1,7 +1,7 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, lasts, tell_stopped};
+use crate::cli::effort::{Effort, lasts, remark_on, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, typed, write_file};
 use crate::cli::{CommandResult, Exit};
@@ -77,7 +77,8 @@ impl Arguments {
                 Ok(Exit::Done)
             }
             RunReport::Stopped(stopped) => {
-                let again = format!("{}{}", self.command(), self.effort.again());
+                let remark = self.campaign.as_deref().map_or("", remark_on);
+                let again = format!("{}{}{remark}", self.command(), self.effort.again());
                 tell_stopped(&stopped, &dir, quiet, &again, None)
             }
         }

@@ -71,6 +71,11 @@ pub(super) fn lasts(file: &Path) -> bool {
     file.is_file() && !file.starts_with("/dev") && !file.starts_with("/proc")
 }
 
+/// What to add to a command that goes on with a campaign of no lasting name.
+pub(super) fn remark_on(campaign: &Path) -> &'static str {
+    if lasts(campaign) { "" } else { "  (with the same campaign)" }
+}
+
 /// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that
 /// tries failures of a class again. Prints no tables: somebody waits for the end.
 pub(super) fn tell_stopped(

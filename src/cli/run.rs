@@ -2,7 +2,7 @@
 
 use crate::campaign::durations;
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, lasts, tell_stopped};
+use crate::cli::effort::{Effort, remark_on, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit, fit};
@@ -42,8 +42,8 @@ impl Arguments {
             RunReport::Complete { done, failed } => (done, failed),
             RunReport::Stopped(stopped) => {
                 let command = self.effort.command("meniscus run", &self.campaign);
-                let remark = if lasts(&self.campaign) { "" } else { "  (with the same campaign)" };
-                let (again, retry) = (format!("{command}{remark}"), format!("{command} --retry"));
+                let again = format!("{command}{}", remark_on(&self.campaign));
+                let retry = format!("{command} --retry");
                 return tell_stopped(&stopped, &dir, quiet, &again, Some(&retry));
             }
         };
