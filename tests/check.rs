@@ -60,6 +60,9 @@ fn a_run_on_a_store_with_a_damaged_database_says_what_to_do() {
     for command in [&["run", "small.toml"][..], &["query", "small.meniscus", "select 1"], &["status"]] {
         let refusal = expect(1, dir, command);
         let text = String::from_utf8_lossy(&refusal.stderr).into_owned();
-        assert!(text.contains("store.db") && text.contains("meniscus check DIR --repair"), "{command:?}: {text}");
+        assert!(
+            text.contains("store.db") && text.contains("meniscus check small.meniscus --repair"),
+            "{command:?}: {text}"
+        );
     }
 }

@@ -139,14 +139,16 @@ fn at_the_deadline_everything_is_saved_and_the_exit_code_is_0() {
 }
 
 #[test]
-fn a_second_signal_ends_the_program_at_once_and_loses_nothing() {
+fn two_signals_at_once_are_one_and_lose_nothing() {
     let folder = folder(LONG);
     let dir = folder.path();
     let run = Running::start(dir, &["--checkpoint-every", "0.02s"]);
     std::thread::sleep(Duration::from_millis(100));
     run.signal("-INT");
     run.signal("-INT");
-    assert_eq!(run.end().0, Some(130));
+    let (code, text) = run.end();
+    assert_eq!(code, Some(130));
+    assert!(text.contains("under way are saved"), "{text}");
     expect(0, dir, &["run", "c.toml"]);
     assert_eq!(ask(dir, "long.meniscus", "select state, count(*) from runs group by 1"), "state,count(*)\ndone,4\n");
 }

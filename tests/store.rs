@@ -1,6 +1,8 @@
 //! The store as its users see it: what was sent is there, once, whatever happened in between.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]
 
+#[path = "store/birth.rs"]
+mod birth;
 #[path = "store/check.rs"]
 mod check;
 #[path = "store/clients.rs"]

@@ -9,10 +9,12 @@
 //! | [`choose`] | which integrator, step and number of vertices a point takes where the file leaves them open |
 //! | `checks` | what a grid point must satisfy, wherever it comes from |
 //! | [`plan`] | campaign and what a store holds -> jobs, effects, cost |
+//! | `parallel` | work divided among the cores, also where the system gives no threads |
 //! | `durations` | times as people write and read them, in plans and on the command line |
 
 pub(crate) mod checks;
 pub mod choose;
 pub(crate) mod durations;
 pub mod file;
+pub(crate) mod parallel;
 pub mod plan;

@@ -1,7 +1,7 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, tell_stopped};
+use crate::cli::effort::{Effort, lasts, remark_on, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, typed, write_file};
 use crate::cli::{CommandResult, Exit};
@@ -67,7 +67,7 @@ impl Arguments {
             return Err(format!("{} is not a picture that can be written: name it .svg or .png", odd.display()).into());
         }
         let dir = self.effort.store(&campaign.name);
-        let mut display = Display::new(&dir, quiet);
+        let mut display = Display::new(&dir, quiet, self.effort.remark());
         let report = execute::run(&campaign, &dir, &options, |event| display.show(event))?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
         print(text(&accuracy))?;
@@ -77,7 +77,8 @@ impl Arguments {
                 Ok(Exit::Done)
             }
             RunReport::Stopped(stopped) => {
-                let again = format!("{}{}", self.command(), self.effort.again());
+                let remark = self.campaign.as_deref().map_or("", remark_on);
+                let again = format!("{}{}{remark}", self.command(), self.effort.again());
                 tell_stopped(&stopped, &dir, quiet, &again, None)
             }
         }
@@ -85,7 +86,11 @@ impl Arguments {
 
     /// The command, apart from where things are kept.
     fn command(&self) -> String {
-        let campaign = self.campaign.as_ref().map_or_else(String::new, |path| format!(" {}", typed(path)));
+        let campaign = match &self.campaign {
+            Some(path) if lasts(path) => format!(" {}", typed(path)),
+            Some(_) => " CAMPAIGN.toml".to_owned(),
+            None => String::new(),
+        };
         format!("meniscus accuracy{}{campaign}", if self.full { " --full" } else { "" })
     }
 

@@ -1,7 +1,7 @@
 //! `meniscus check [DIR]`: finds what is damaged or missing in a store, and repairs it if asked to.
 
 use crate::cli::output::deliver;
-use crate::cli::talk::typed;
+use crate::cli::talk::{say, typed};
 use crate::cli::{CommandResult, Exit, store_here};
 use crate::store::{CheckReport, Finding, Format, Value, check, repair, write_rows};
 use std::io::Write;
@@ -30,14 +30,14 @@ impl Arguments {
             format => write_rows(&["file", "problem", "cure"], report.findings.iter().map(row), format, out),
         })?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
-        notes.iter().for_each(|note| eprintln!("note: {note}"));
+        notes.iter().for_each(|note| say(format!("note: {note}")));
         if !quiet {
             let dir = typed(&dir);
-            match (findings.len(), repaired) {
-                (0, _) => eprintln!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
-                (found, false) => eprintln!("{dir}: {found} found; next: meniscus check {dir} --repair"),
-                (found, true) => eprintln!("{dir}: {found} found and put right; next: meniscus run CAMPAIGN.toml"),
-            }
+            say(match (findings.len(), repaired) {
+                (0, _) => format!("{dir}: nothing is wrong with {jobs} jobs and {files} sample files"),
+                (found, false) => format!("{dir}: {found} found; next: meniscus check {dir} --repair"),
+                (found, true) => format!("{dir}: {found} found and put right; next: meniscus run CAMPAIGN.toml"),
+            });
         }
         Ok(if findings.is_empty() { Exit::Done } else { Exit::Error })
     }

@@ -1,9 +1,10 @@
 //! What `run` and `accuracy` share: where results go, what a run may use, and what is said when it stops early.
 
 use crate::cli::deadline::Deadline;
-use crate::cli::talk::typed;
+use crate::cli::talk::{say, typed};
 use crate::cli::{CommandResult, Exit, store_of};
 use crate::execute::{Options, Paused, StopReason, Stopped, set_by_signals};
+use crate::store::StoreError;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,8 @@ pub(super) struct Effort {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Stop after this time (90s, 45m, 8h, 2d) or when the clock shows it (07:30); trajectories under way are saved
+    /// Stop after this time (90s, 45m, 8h, 2d, 1h30m, 1:30:00, 1-00:00:00) or when the clock shows it (07:30);
+    /// trajectories under way are saved
     #[arg(long, value_name = "TIME", value_parser = Deadline::parse)]
     deadline: Option<Deadline>,
 }
@@ -29,14 +31,26 @@ impl Effort {
 
     /// How to run, counting the time from now on. From here on the first signal stops the run, and the second the
     /// program.
-    pub(super) fn options(&self) -> std::io::Result<Options> {
+    pub(super) fn options(&self) -> Result<Options, StoreError> {
         let options = Options::default();
         Ok(Options {
             threads: self.threads.map_or(options.threads, usize::from),
-            deadline: self.deadline.and_then(Deadline::counted_from_now),
+            deadline: self.deadline.map(Deadline::counted_from_now),
             interrupted: set_by_signals(Exit::Interrupted as i32)?,
             ..options
         })
+    }
+
+    /// How the deadline was understood, if there is one.
+    pub(super) fn remark(&self) -> Option<String> {
+        self.deadline.map(Deadline::told)
+    }
+
+    /// The command that goes on with a campaign: `program` and these arguments. What came through a pipe has no name
+    /// that lasts.
+    pub(super) fn command(&self, program: &str, campaign: &Path) -> String {
+        let name = if lasts(campaign) { typed(campaign) } else { "CAMPAIGN.toml".to_owned() };
+        format!("{program} {name}{}", self.again())
     }
 
     /// These arguments, but the deadline, as one types them after a command that is to go on.
@@ -50,6 +64,16 @@ impl Effort {
         }
         text
     }
+}
+
+/// Whether a file will be there under this name later: not if a shell made it for one command, as `<(...)` does.
+pub(super) fn lasts(file: &Path) -> bool {
+    file.is_file() && !file.starts_with("/dev") && !file.starts_with("/proc")
+}
+
+/// What to add to a command that goes on with a campaign of no lasting name.
+pub(super) fn remark_on(campaign: &Path) -> &'static str {
+    if lasts(campaign) { "" } else { "  (with the same campaign)" }
 }
 
 /// Says why a run stopped, what is saved, and which command goes on; `retry`, if there is one, is the command that
@@ -78,7 +102,7 @@ pub(super) fn tell_stopped(
         StopReason::WriterStopped => return Err(format!("the store took no more outcomes; {kept}").into()),
     };
     if !quiet {
-        eprintln!("{why}: {kept}.\n  to go on: {again}");
+        say(format!("{why}: {kept}.\n  to go on: {again}"));
     }
     Ok(exit)
 }

@@ -2,6 +2,7 @@
 //! forbids that.
 
 use crate::cli::output::deliver;
+use crate::cli::talk::say;
 use crate::cli::{CommandResult, store_here};
 use crate::parameters::PointId;
 use crate::report::tables::{decay_lengths, further_runs, mean_speeds};
@@ -73,13 +74,13 @@ pub(super) fn fit(
     drop(store);
     fits.retain(|fit| wanted(fit.point.point_id));
     if fits.is_empty() && !quiet {
-        eprintln!("no run is finished yet, so there is nothing to fit");
+        say("no run is finished yet, so there is nothing to fit".to_owned());
     }
     let exit = show(&fits)?;
     if let Some(error) = unsaved.filter(|_| !quiet) {
-        eprintln!(
+        say(format!(
             "note: these fits are not kept in the store, so lambda_fits and speed_averages stay as they were: {error}"
-        );
+        ));
     }
     Ok(exit)
 }

@@ -140,8 +140,9 @@ fn store_here(asked: Option<&Path>) -> Result<PathBuf, Box<dyn Error>> {
     match (found.pop(), found.len()) {
         (Some(only), 0) => Ok(only),
         (None, _) if store::is_there(Path::new(".")) => Ok(PathBuf::from(".")),
-        (None, _) => store::around(Path::new("."))
-            .ok_or_else(|| "no store NAME.meniscus in this folder; name one, or start one with `meniscus run`".into()),
+        (None, _) => store::around(Path::new(".")).ok_or_else(|| {
+            "no store NAME.meniscus in this folder; name one, or start one with `meniscus run CAMPAIGN.toml`".into()
+        }),
         (Some(_), others) => Err(format!("{} stores in this folder; name the one you mean", others + 1).into()),
     }
 }

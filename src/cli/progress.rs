@@ -1,9 +1,9 @@
 //! How a run shows where it stands: a bar for people who watch, a line now and then for logs.
 
 use crate::campaign::durations::written;
-use crate::execute::{Event, Progress};
+use crate::cli::talk::{is_watched, say, typed};
+use crate::execute::{Event, Options, Progress};
 use std::fmt::Write;
-use std::io::IsTerminal;
 use std::path::Path;
 use std::time::Duration;
 use tracing::Span;
@@ -19,14 +19,16 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(300);
 pub(super) struct Display<'a> {
     dir: &'a Path,
     quiet: bool,
+    /// How the deadline was understood, until it is said.
+    remark: Option<String>,
     bar: Option<Span>,
     next_line: Duration,
 }
 
 impl<'a> Display<'a> {
     /// Of a run that writes to the store in `dir`.
-    pub(super) fn new(dir: &'a Path, quiet: bool) -> Self {
-        Self { dir, quiet, bar: None, next_line: FIRST_LINE }
+    pub(super) fn new(dir: &'a Path, quiet: bool, remark: Option<String>) -> Self {
+        Self { dir, quiet, remark, bar: None, next_line: FIRST_LINE }
     }
 
     /// Shows what happens.
@@ -37,20 +39,21 @@ impl<'a> Display<'a> {
         match event {
             Event::RoundBegins { rounds_before, campaign, jobs, resumed, threads } => {
                 if rounds_before > 0 {
-                    eprintln!("not every interval is as narrow as asked for: another round, of {jobs} runs");
+                    say(format!("not every interval is as narrow as asked for: another round, of {jobs} runs"));
                 }
-                self.bar = std::io::stderr().is_terminal().then(|| bar(jobs));
+                self.bar = is_watched().then(|| bar(jobs));
                 self.next_line = FIRST_LINE;
-                let dir = self.dir.display();
+                let dir = typed(self.dir);
                 let from =
                     if resumed == 0 { String::new() } else { format!(", {resumed} from where they were saved,") };
-                eprintln!("{campaign}: {jobs} jobs to run{from} on {threads} threads, results go to {dir}");
+                say(format!("{campaign}: {jobs} jobs to run{from} on {threads} threads, results go to {dir}"));
+                self.remark.take().into_iter().chain(crowded(threads)).for_each(say);
             }
             Event::Progress(progress, elapsed) => self.update(progress, elapsed),
             Event::RoundEnds(progress, elapsed) => {
                 self.bar = None;
                 let (ended, clogs, failed) = (progress.ended, progress.clogs, progress.failed());
-                eprintln!("{ended} jobs ran in {}: {clogs} clogs, {failed} failures", written(elapsed));
+                say(format!("{ended} jobs ran in {}: {clogs} clogs, {failed} failures", written(elapsed)));
             }
         }
     }
@@ -61,9 +64,15 @@ impl<'a> Display<'a> {
             bar.pb_set_message(&describe(progress, elapsed));
         } else if elapsed >= self.next_line {
             self.next_line = elapsed + elapsed.min(LONGEST_PAUSE);
-            eprintln!("{}/{} jobs {}", progress.ended, progress.jobs, describe(progress, elapsed));
+            say(format!("{}/{} jobs {}", progress.ended, progress.jobs, describe(progress, elapsed)));
         }
     }
+}
+
+/// What to say of more threads than cores.
+fn crowded(threads: usize) -> Option<String> {
+    let cores = Options::default().threads;
+    (threads > cores).then(|| format!("note: {threads} threads share {cores} cores, which makes no run faster"))
 }
 
 /// A bar that is as long as there are jobs.

@@ -1,6 +1,7 @@
 //! `meniscus query DIR "SQL"`.
 
 use crate::cli::output::deliver;
+use crate::cli::talk::say;
 use crate::cli::{CommandResult, store_here};
 use crate::store::{Answer, Format, MOST_TABLE_ROWS, query};
 use std::io::{Read, Write};
@@ -37,9 +38,9 @@ impl Arguments {
         let write = |out: &mut dyn Write| query(&dir, &sql, self.format, out).map(|extent| answer = extent);
         let exit = deliver(self.format, self.output.as_deref(), write)?;
         if answer == Answer::Cut && !quiet {
-            eprintln!(
+            say(format!(
                 "note: a table stops at {MOST_TABLE_ROWS} rows, and there are more: --format csv or json writes all"
-            );
+            ));
         }
         Ok(exit)
     }

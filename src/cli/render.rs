@@ -1,6 +1,6 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::talk::{print, typed, write_file};
+use crate::cli::talk::{print, say, typed, write_file};
 use crate::cli::{CommandResult, Exit, whole_store};
 use crate::parameters::{JobId, JobState};
 use crate::report::animation::gif;
@@ -51,7 +51,7 @@ enum Kind {
 impl Arguments {
     /// Runs the subcommand.
     pub(super) fn run(&self, quiet: bool) -> CommandResult {
-        let Some(prefix) = &self.job else { return self.list() };
+        let Some(prefix) = &self.job else { return self.list(quiet) };
         let id = find(&self.store, prefix)?;
         let file = self.output.clone().unwrap_or_else(|| {
             let kind = self.format.unwrap_or(Kind::Svg);
@@ -64,17 +64,19 @@ impl Arguments {
         }
         write_file(&file, &bytes)?;
         if !quiet {
-            eprintln!("wrote {}", file.display());
+            say(format!("wrote {}", typed(&file)));
         }
         Ok(Exit::Done)
     }
 
     /// Lists jobs to choose from.
-    fn list(&self) -> CommandResult {
+    fn list(&self, quiet: bool) -> CommandResult {
         let mut table = Vec::new();
         store::example_jobs(&self.store, &mut table)?;
         print(&table)?;
-        eprintln!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store));
+        if !quiet {
+            say(format!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store)));
+        }
         Ok(Exit::Done)
     }
 
@@ -127,7 +129,7 @@ fn find(dir: &Path, prefix: &str) -> Result<JobId, Box<dyn Error>> {
 }
 
 fn no_such(dir: &Path, id: &str) -> String {
-    format!("no job `{id}` in {}: list some with `meniscus render {}`", dir.display(), typed(dir))
+    format!("no job `{id}` in {}: list some with `meniscus render {}`", typed(dir), typed(dir))
 }
 
 /// The story of a job that has ended.

@@ -2,10 +2,10 @@
 
 use crate::campaign::durations;
 use crate::campaign::file::Campaign;
-use crate::cli::effort::{Effort, tell_stopped};
+use crate::cli::effort::{Effort, remark_on, tell_stopped};
 use crate::cli::fit::Asked;
 use crate::cli::progress::Display;
-use crate::cli::talk::{print, typed};
+use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit, fit};
 use crate::execute::{self, Options, Retry, RunReport};
 use crate::results::trajectory::FailureClass;
@@ -40,16 +40,17 @@ impl Arguments {
         let dir = self.effort.store(&campaign.name);
         let asked = asked(&campaign);
         let tables = || fit::fit(&dir, quiet, |id| asked.contains_key(&id), |fits| print_tables(fits, &asked));
-        let mut display = Display::new(&dir, quiet);
+        let mut display = Display::new(&dir, quiet, self.effort.remark());
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),
             RunReport::Stopped(stopped) => {
-                let again = format!("meniscus run {}{}", typed(&self.campaign), self.effort.again());
-                let retry = format!("{again} --retry");
+                let command = self.effort.command("meniscus run", &self.campaign);
+                let again = format!("{command}{}", remark_on(&self.campaign));
+                let retry = format!("{command} --retry");
                 let exit = tell_stopped(&stopped, &dir, quiet, &again, Some(&retry))?;
                 // All is saved, so how the run ended is what counts.
                 if let Err(error) = tables() {
-                    eprintln!("note: the tables of what is finished could not be made: {error}");
+                    say(format!("note: the tables of what is finished could not be made: {error}"));
                 }
                 return Ok(exit);
             }
@@ -59,10 +60,10 @@ impl Arguments {
             let query = format!("meniscus query {} \"select * from failures\"", typed(&dir));
             (Exit::FailedJobs, format!("{done} jobs are done, {failed} failed; see them with: {query}"))
         } else {
-            (Exit::Done, format!("all {done} jobs are done; the results are in {}", dir.display()))
+            (Exit::Done, format!("all {done} jobs are done; the results are in {}", typed(&dir)))
         };
         if !quiet {
-            eprintln!("{how}");
+            say(how);
         }
         Ok(exit)
     }

@@ -14,7 +14,7 @@ use crate::execute::worker::{Note, Work};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::Context;
 use crate::physics::walls::arrays::library::ArrayLibrary;
-use crate::store::{Hurry, Store, StoreError, Writer, WriterOptions};
+use crate::store::{Deadline, Hurry, Store, StoreError, Writer, WriterOptions};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -42,7 +42,10 @@ pub enum RunError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The system gave no worker threads.
-    #[error("cannot start {threads} worker threads: {source}; try --threads 1")]
+    #[error(
+        "cannot start {threads} worker threads: {source}; ask for fewer with --threads, or allow more \
+         (`ulimit -u`, `ulimit -v`)"
+    )]
     Threads {
         /// How many there should be.
         threads: usize,
@@ -107,7 +110,7 @@ fn watch_over(
         let now = Instant::now();
         if report.stopped.is_none() {
             let interrupted = options.interrupted.load(Ordering::Relaxed);
-            report.stopped = report.progress.stop(now, options.deadline, interrupted);
+            report.stopped = report.progress.stop(options.deadline.is_some_and(Deadline::has_come), interrupted);
         }
         if report.stopped.is_some() {
             stop.store(true, Ordering::Relaxed);

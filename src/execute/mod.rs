@@ -44,7 +44,7 @@
 //! | `attempt` | one attempt at a job: it arrives, fails, panics, or is told to stop |
 //! | `keeping`, `saved` | checkpoints and dumps: when they are written, and what is in them |
 //! | `replay` | runs a dump again |
-//! | `signals` | Ctrl-C and SIGTERM as a flag |
+//! | `signals` | Ctrl-C, SIGTERM and SIGHUP as a flag |
 //! | `machine_speed` | how fast this machine steps droplets |
 
 mod attempt;
@@ -60,6 +60,7 @@ mod schedule;
 mod signals;
 mod worker;
 
+pub use crate::store::Deadline;
 pub use executor::RunError;
 pub use options::{Options, Retry};
 pub use run::{Event, RunReport, Stopped, plan, run};

@@ -1,18 +1,19 @@
 //! What a caller may ask of a run.
 
 use crate::results::trajectory::FailureClass;
+use crate::store::Deadline;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How to run a campaign.
 ///
 /// ```
-/// use meniscus::execute::Options;
-/// use std::time::{Duration, Instant};
+/// use meniscus::execute::{Deadline, Options};
+/// use std::time::Duration;
 ///
-/// let until_morning = Instant::now().checked_add(Duration::from_secs(14 * 3600));
-/// let options = Options { threads: 4, deadline: until_morning, ..Options::default() };
+/// let until_morning = Deadline::after(Duration::from_secs(14 * 3600));
+/// let options = Options { threads: 4, deadline: Some(until_morning), ..Options::default() };
 /// assert_eq!(options.checkpoint_every, Duration::from_secs(60));
 /// ```
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ pub struct Options {
     /// The most worker threads; there are never more of them than jobs.
     pub threads: usize,
     /// When jobs under way are saved and no other is started.
-    pub deadline: Option<Instant>,
+    pub deadline: Option<Deadline>,
     /// Time between two checkpoints of a job.
     pub checkpoint_every: Duration,
     /// Which failed jobs are run again, in the first round.

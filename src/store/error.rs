@@ -2,6 +2,7 @@
 
 use crate::parameters::JobId;
 use crate::store::holder::Holder;
+use crate::store::typed;
 use rusqlite::ErrorCode;
 use std::path::{Path, PathBuf};
 
@@ -9,13 +10,10 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The folder holds no store.
-    #[error("no store at {}: `meniscus run CAMPAIGN.toml` creates one", .0.display())]
+    #[error("no store at {}: `meniscus run CAMPAIGN.toml` creates one", typed(.0))]
     Missing(PathBuf),
     /// Another process writes this store.
-    #[error(
-        "{} is in use by {holder}: wait for it, stop it, or name another folder with --store",
-        dir.display()
-    )]
+    #[error("{} is in use by {holder}: wait for it, stop it, or name another folder with --store", typed(dir))]
     Locked {
         /// Folder of the store.
         dir: PathBuf,
@@ -37,8 +35,8 @@ pub enum StoreError {
     },
     /// An earlier program wrote this store, and reading must not change it.
     #[error(
-        "{} has the older schema {found}: `meniscus run` or `meniscus fit` upgrades it and keeps a backup",
-        path.display()
+        "{} has the older schema {found}: `meniscus fit {}` upgrades it and keeps a backup",
+        path.display(), typed(path.parent().unwrap_or(path))
     )]
     Older {
         /// The database.
@@ -46,6 +44,13 @@ pub enum StoreError {
         /// Its schema.
         found: usize,
     },
+    /// A process died in the midst of a change, and this one may not undo it.
+    #[error(
+        "{} was left half-written by a process that died, and you may not write there to undo it: ask somebody who may \
+         to call `meniscus status {}`, or copy the whole folder",
+        .0.display(), typed(.0)
+    )]
+    HalfWritten(PathBuf),
     /// The database belongs to another program.
     #[error("{} is a database of another program: name another folder with --store", .0.display())]
     Foreign(PathBuf),
@@ -80,7 +85,7 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// The database or a sample file is not what was written.
-    #[error("{} is damaged: {problem}; `meniscus check DIR --repair` saves what can be saved", path.display())]
+    #[error("{} is damaged: {problem}{}", path.display(), repair(path))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -88,7 +93,7 @@ pub enum StoreError {
         problem: String,
     },
     /// SQLite failed.
-    #[error("{}: {source}{}", path.display(), hint(source))]
+    #[error("{}: {source}{}", path.display(), hint(path, source))]
     Sql {
         /// The database.
         path: PathBuf,
@@ -129,17 +134,28 @@ pub enum StoreError {
         /// The last failure.
         source: Box<StoreError>,
     },
+    /// The system gave no thread.
+    #[error(
+        "the system starts no more threads ({0}): allow more (`ulimit -u`, `ulimit -v`) or end other programs, then do \
+         the same again"
+    )]
+    NoThread(std::io::Error),
     /// The writer thread panicked.
     #[error("the writer of the store panicked: finished jobs are safe, `run` again computes the rest")]
     WriterPanicked,
 }
 
+/// The command that repairs the store to which a file belongs.
+fn repair(file: &Path) -> String {
+    let is_in_folder = |dir: &&Path| dir.ends_with("samples") || dir.ends_with("checkpoints") || dir.ends_with("dumps");
+    let dir = file.parent().map(|dir| Some(dir).filter(is_in_folder).and_then(Path::parent).unwrap_or(dir));
+    format!("; `meniscus check {} --repair` saves what can be saved", typed(dir.unwrap_or(file)))
+}
+
 /// What to do about an error of SQLite, where there is something to do.
-fn hint(source: &rusqlite::Error) -> &'static str {
-    match source.sqlite_error_code() {
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
-            "; `meniscus check DIR --repair` saves what can be saved"
-        }
+fn hint(path: &Path, source: &rusqlite::Error) -> String {
+    let hint = match source.sqlite_error_code() {
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => return repair(path),
         Some(ErrorCode::CannotOpen | ErrorCode::ReadOnly) => {
             "; ask the owner of the folder for the right to it, or copy the whole folder"
         }
@@ -148,7 +164,8 @@ fn hint(source: &rusqlite::Error) -> &'static str {
             "; another program holds the database: close it, then do the same again"
         }
         _ => "",
-    }
+    };
+    hint.to_owned()
 }
 
 impl StoreError {

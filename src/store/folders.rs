@@ -19,7 +19,7 @@ pub(super) fn log(dir: &Path) -> PathBuf {
 /// Whether the database has pages that are not in its file: a log, or a journal to be rolled back.
 pub(super) fn is_unfinished(dir: &Path) -> bool {
     let has_bytes = |path: PathBuf| path.metadata().is_ok_and(|file| file.len() > 0);
-    has_bytes(log(dir)) || has_bytes(dir.join("store.db-journal"))
+    has_bytes(log(dir)) || has_bytes(journal(dir))
 }
 
 /// Whether there is a store in `dir`.
@@ -39,6 +39,12 @@ pub(crate) fn around(path: &Path) -> Option<PathBuf> {
     };
     let part = path.ancestors().find(|part| is_part(part) && part.parent().is_some_and(is_there));
     part.and_then(Path::parent).map(Path::to_owned)
+}
+
+/// The rollback journal beside the database: of a database that is not in the mode of write-ahead logs yet, or no
+/// longer, because another program changed it.
+pub(super) fn journal(dir: &Path) -> PathBuf {
+    dir.join("store.db-journal")
 }
 
 /// The folder of the sample files.

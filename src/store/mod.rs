@@ -59,6 +59,7 @@
 
 mod aside;
 pub mod checkpoint_file;
+mod deadline;
 mod disk;
 mod error;
 mod folders;
@@ -67,6 +68,7 @@ mod lock;
 mod quarantine;
 mod sample_file;
 mod seal;
+mod typed;
 
 mod schema;
 
@@ -82,6 +84,7 @@ mod check;
 mod every_fault;
 
 pub use check::{CheckReport, Finding, check, repair};
+pub use deadline::Deadline;
 pub use error::StoreError;
 pub(crate) use folders::{Folders, around, is_there};
 pub use holder::Holder;
@@ -99,6 +102,7 @@ pub use read::query::{Answer, QueryError, query};
 pub(crate) use read::records::{Origins, origins, records};
 pub(crate) use read::rows::{write_fits, write_rows};
 pub use read::status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
+pub(crate) use typed::typed;
 pub use write::Store;
 pub use write::fits::save_fits;
 pub use write::patience::Hurry;

@@ -1,5 +1,6 @@
 //! Everything that is fitted to the runs of a grid point: its decay length and its mean speed.
 
+use crate::campaign::parallel::in_parallel;
 use crate::results::fits::{LambdaFit, PointRuns, SpeedAverage};
 use crate::study::speed::speed_average;
 use crate::study::survival::lambda_fit;
@@ -19,5 +20,5 @@ pub struct FittedPoint<'a> {
 /// Fits every point, in parallel; the answers have the order of the points.
 pub fn fit_all(points: &[PointRuns]) -> Vec<FittedPoint<'_>> {
     let fit = |point| FittedPoint { point, lambda: lambda_fit(point), speed: speed_average(point) };
-    points.par_iter().map(fit).collect()
+    in_parallel(|| points.par_iter().map(fit).collect())
 }

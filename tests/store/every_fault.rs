@@ -14,7 +14,7 @@ use crate::physics::simulate::{Context, simulate};
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::FailureClass;
 use crate::results::trajectory::{Failure, Trajectory};
-use crate::store::disk::faults::{Fault, arm, disarm};
+use crate::store::disk::faults::{Fault, arm, copy_folder, disarm};
 use crate::store::folders::{database, samples_dir};
 use crate::store::*;
 use rusqlite::Connection;
@@ -214,6 +214,39 @@ fn a_run_survives_a_fault_at_every_operation() {
     );
     println!("{points} operations of a run, each wrong in 3 ways");
     assert!(points > 60, "{points}");
+}
+
+#[test]
+fn the_making_of_a_store_survives_a_fault_at_every_operation_whoever_opens_what_is_left() {
+    let open = |dir: &Path| Store::open(dir).map(drop);
+    type Opener = fn(&Path) -> Result<(), StoreError>;
+    let firsts: [Opener; 5] = [
+        |dir| Store::open(dir).map(drop),
+        |dir| status(dir).map(drop),
+        |dir| open_reading(dir).map(drop),
+        |dir| check(dir).map(drop),
+        |dir| repair(dir).map(drop),
+    ];
+    let points = at_every_operation(
+        |_| {},
+        open,
+        |dir, _, place| {
+            only_leftovers(dir, place);
+            for (number, first) in firsts.iter().enumerate() {
+                let copy = scratch();
+                copy_folder(dir, copy.path()).unwrap();
+                match first(copy.path()) {
+                    Ok(()) | Err(StoreError::Missing(_)) => {}
+                    Err(error) => panic!("{place}, opener {number}: {error}"),
+                }
+                open(copy.path()).unwrap_or_else(|error| panic!("{place}, opener {number}: {error}"));
+                assert_eq!(check(copy.path()).unwrap().findings, [], "{place}, opener {number}");
+                assert_eq!(answer(copy.path(), "SELECT count(*) FROM runs"), "count(*)\n0\n", "{place}");
+            }
+        },
+    );
+    println!("{points} operations of the making of a store, each wrong in 3 ways, opened by {} others", firsts.len());
+    assert!(points > 10, "{points}");
 }
 
 #[test]

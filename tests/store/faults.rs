@@ -141,7 +141,7 @@ impl ArmedFolder {
 }
 
 /// Copies a folder as the kernel has it now; the shared memory of SQLite dies with its process.
-fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
+pub(in crate::store) fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(to)?;
     for entry in std::fs::read_dir(from)? {
         let entry = entry?;

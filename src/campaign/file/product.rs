@@ -6,6 +6,7 @@ use crate::campaign::file::grid::place_on_axes;
 use crate::campaign::file::keys::Key;
 use crate::campaign::file::problem::Problems;
 use crate::campaign::file::section::{Inherited, Item};
+use crate::campaign::parallel::in_parallel;
 use crate::parameters::{Point, PointId, Short, Value};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -38,7 +39,8 @@ impl Product<'_, '_> {
             let id = point.id();
             ((Arc::new(point), id), breaches)
         };
-        let (points, breaches): ((Vec<_>, Vec<_>), Vec<_>) = (0..size).into_par_iter().map(made).unzip();
+        let (points, breaches): ((Vec<_>, Vec<_>), Vec<_>) =
+            in_parallel(|| (0..size).into_par_iter().map(made).unzip());
         self.note(&breaches, problems);
         points
     }

@@ -18,6 +18,7 @@ pub use effects::Effect;
 pub use text::Ends;
 
 use crate::campaign::file::{Block, Campaign};
+use crate::campaign::parallel::in_parallel;
 use crate::parameters::{Job, JobId, JobState, Point};
 use crate::physics::simulate::stability::StabilityLimit;
 use rayon::prelude::*;
@@ -138,6 +139,10 @@ struct Candidate {
 /// assert_eq!((plan.jobs.len(), plan.blocks[0].counts.new), (6, 6));
 /// ```
 pub fn plan(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
+    in_parallel(|| arranged(campaign, known, speed))
+}
+
+fn arranged(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     let blocks = &campaign.blocks;
     let places: Vec<(usize, usize)> =
         blocks.iter().enumerate().flat_map(|(b, block)| (0..block.points.len()).map(move |p| (b, p))).collect();

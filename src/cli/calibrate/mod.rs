@@ -3,7 +3,7 @@
 mod sheet;
 
 use crate::campaign::durations::written;
-use crate::cli::talk::print;
+use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit};
 use crate::parameters::{Channel, Deformable, Model, PAPER_KAPPA, Point, Scene, list};
 use crate::report::calibration;
@@ -90,13 +90,14 @@ impl Arguments {
             let mut last_line = last_line.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             if !quiet && last_line.elapsed() >= PAUSE {
                 *last_line = Instant::now();
-                eprintln!("{simulations} simulations in {}", written(begin.elapsed()));
+                say(format!("{simulations} simulations in {}", written(begin.elapsed())));
             }
         };
         let ranges = Ranges { gamma: self.gamma.clone(), b0: self.b0.clone() };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build()?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
+        let pool = pool.map_err(|error| format!("cannot start the threads: {error}; ask for fewer with --threads"))?;
         if !quiet {
-            eprintln!("fitting {} of {} frames", count(trials.len(), "trial"), frames_in(&trials));
+            say(format!("fitting {} of {} frames", count(trials.len(), "trial"), frames_in(&trials)));
         }
         let found = pool.install(|| calibrate(&trials, &self.point(), &ranges, &watch))?;
         let names = sheet::names(&sheets);
@@ -108,7 +109,7 @@ impl Arguments {
             let own: Vec<_> = fits.by_ref().take(sheet.trials.len()).collect();
             sheet.write(&own)?;
             if !quiet {
-                eprintln!("wrote {}, {} and .png", sheet.csv.display(), sheet.svg.display());
+                say(format!("wrote {}, {} and .png", typed(&sheet.csv), typed(&sheet.svg)));
             }
         }
         if !quiet {
@@ -172,13 +173,13 @@ impl Arguments {
         let [simulations, failed] = found.simulations;
         let failures = if failed > 0 { format!(", {failed} of them failed and were left out") } else { String::new() };
         let ([from, to], time) = (found.window, written(elapsed));
-        eprintln!("{simulations} simulations from h = {from:.2} to {to:.2} in {time}{failures}");
+        say(format!("{simulations} simulations from h = {from:.2} to {to:.2} in {time}{failures}"));
         for name in &found.at_the_end {
-            eprintln!("warning: {name}* lies at an end of its range; widen --{name} and fit again");
+            say(format!("warning: {name}* lies at an end of its range; widen --{name} and fit again"));
         }
         if found.fits.iter().any(|fit| fit.deviation.missed > 0.0) {
-            eprintln!(
-                "warning: the best droplet stays stuck before the last frame; check --w and --v-t, or raise --n-vertices"
+            say(
+                "warning: the best droplet stays stuck before the last frame; check --w and --v-t, or raise --n-vertices",
             );
         }
     }

@@ -2,9 +2,10 @@
 
 use crate::store::check::{Examination, header, rescue};
 use crate::store::error::StoreError;
-use crate::store::folders::{database, files_in, log, samples_dir};
+use crate::store::folders::{database, files_in, journal, log, samples_dir};
+use crate::store::schema::{self, birth};
 use crate::store::seal::{self, Seal, SealState};
-use crate::store::{disk, quarantine, read, schema};
+use crate::store::{disk, quarantine, read};
 use rusqlite::Connection;
 use std::path::Path;
 
@@ -40,6 +41,9 @@ pub(super) fn examine(work: &mut Examination<'_>, alone: bool) -> Result<bool, S
     if work.report.repaired {
         rescue::clear(work.dir)?;
     }
+    if alone {
+        birth::roll_back_alone(work.dir)?;
+    }
     if alone && seal::find(work.dir)? == SealState::Damaged {
         work.put_aside(&seal::path(work.dir), "its checksum is wrong", "the next `run` makes another")?;
     }
@@ -57,13 +61,13 @@ pub(super) fn examine(work: &mut Examination<'_>, alone: bool) -> Result<bool, S
 
 /// Replaces a damaged database; returns what was done, in words.
 fn replace(work: &Examination<'_>, damage: &Damage) -> Result<String, StoreError> {
-    let (dir, path, log) = (work.dir, database(work.dir), log(work.dir));
+    let (dir, path, logs) = (work.dir, database(work.dir), [log(work.dir), journal(work.dir)]);
     if !path.exists() {
         return Ok("a new one was made; the sample files are put aside".to_owned());
     }
     let old = quarantine::copy(dir, &path)?;
-    if log.exists() {
-        quarantine::copy(dir, &log)?;
+    for log in logs.iter().filter(|log| log.exists()) {
+        quarantine::copy(dir, log)?;
     }
     let sealed = damage.sealed.as_ref().map(|(seal, pages)| (seal, pages.as_slice()));
     let patched = rescue::patch(dir, sealed)?;
@@ -72,8 +76,8 @@ fn replace(work: &Examination<'_>, damage: &Damage) -> Result<String, StoreError
         false => rescue::rebuild(dir, &patched)?,
     };
     // The old log must not meet the new database. Its pages are in quarantine, and in what was rescued.
-    if log.exists() {
-        disk::remove(&log)?;
+    if logs.iter().any(|log| log.exists()) {
+        logs.iter().try_for_each(|log| disk::remove(log))?;
         disk::remove(&dir.join("store.db-shm"))?;
         disk::sync_folder(dir)?;
     }

@@ -7,14 +7,16 @@
 use crate::store::error::StoreError;
 use crate::store::folders::{database, is_unfinished};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
+use crate::store::schema::birth;
 use rusqlite::{Connection, ErrorCode, OpenFlags, ffi};
 use std::fmt::Write;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Connects to the database for reading, whatever its schema is.
+/// Connects to the database for reading, whatever its schema is. Undoes what a dead process left half-written.
 pub(in crate::store) fn connect(dir: &Path) -> Result<Connection, StoreError> {
     let path = database(dir);
+    birth::roll_back(dir)?;
     match open(&path, OpenFlags::empty()) {
         Err(error) if is_refusal(&error) => {
             // A file that cannot be read at all is another matter, which the system puts best.

@@ -8,12 +8,13 @@
 //! newer one is refused before anything is touched, with both numbers. People query the views. A view that is given up
 //! stays under its old name.
 //!
-//! **Durability.** An older database is copied to `store.db.schema-N` first. Then all that it lacks is one transaction,
+//! **Durability.** A new database appears all at once (`birth.rs`). An older database is copied to `store.db.schema-N` first. Then all that it lacks is one transaction,
 //! so a crash leaves it as it was or as it shall be.
 //!
 //! **Locking.** Only the holder of the store's lock upgrades. A reader that meets an older schema says so and changes
 //! nothing.
 
+pub(super) mod birth;
 pub(super) mod columns;
 pub(super) mod derived;
 pub(super) mod points;

@@ -30,9 +30,10 @@ pub(super) mod writer;
 use crate::parameters::PHYSICS_VERSION;
 use crate::results::trajectory::FailureClass;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, aside_dir, database, log, samples_dir};
+use crate::store::folders::{Folders, aside_dir, database, samples_dir};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
-use crate::store::{disk, lock, quarantine, schema, seal};
+use crate::store::schema::{self, birth};
+use crate::store::{disk, lock, quarantine, seal};
 use rusqlite::Connection;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -63,7 +64,8 @@ impl Store {
         lock::refuse_network(dir)?;
         disk::create_folder(dir)?;
         let lock = lock::take(dir)?;
-        let is_new = database(dir).metadata().map_or(0, |file| file.len()) == 0 && !log(dir).exists();
+        birth::roll_back_alone(dir)?;
+        let is_new = birth::is_empty(dir);
         let store = Self::connect(dir, lock)?;
         if is_new {
             // Samples without a database may be all that is left of a store: no row names them, but they are kept.
@@ -95,9 +97,8 @@ impl Store {
         if path.exists() && !seal::first_page_is_sound(dir)? {
             return Err(StoreError::Damaged { path, problem: "its first page is not as it was left".to_owned() });
         }
-        let mut conn = Connection::open(&path).map_err(StoreError::sql(&path))?;
+        let mut conn = birth::open_or_create(dir)?;
         conn.busy_timeout(BUSY_TIMEOUT).map_err(StoreError::sql(&path))?;
-        schema::version(&conn, &path)?;
         // From here on it is written.
         seal::remove(dir)?;
         schema::migrate(&mut conn, &path)?;

@@ -1,6 +1,7 @@
 //! How long the writer waits when saving fails: on a full disk until there is room, otherwise a few times. Once the
 //! run is to end it waits no longer than for a few more attempts.
 
+use crate::store::deadline::Deadline;
 use crate::store::error::StoreError;
 use std::error::Error;
 use std::io::ErrorKind;
@@ -26,13 +27,13 @@ pub struct Hurry {
     /// Set when somebody asks the run to end.
     pub interrupted: Arc<AtomicBool>,
     /// When the run has to end by itself.
-    pub deadline: Option<Instant>,
+    pub deadline: Option<Deadline>,
 }
 
 impl Hurry {
     /// Whether it is time to end.
     pub(crate) fn is_now(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed) || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        self.interrupted.load(Ordering::Relaxed) || self.deadline.is_some_and(Deadline::has_come)
     }
 
     /// Waits, but not for long once it is time to end.

@@ -112,10 +112,9 @@ impl Writer {
     /// # Errors
     /// If the system cannot start a thread.
     pub fn spawn(store: Store, options: WriterOptions) -> Result<Self, StoreError> {
-        let dir = store.dir.clone();
         let (sender, receiver) = sync_channel(options.queue);
         let builder = std::thread::Builder::new().name("store-writer".to_owned());
-        let thread = builder.spawn(move || write(store, &receiver, &options)).map_err(StoreError::io(&dir))?;
+        let thread = builder.spawn(move || write(store, &receiver, &options)).map_err(StoreError::NoThread)?;
         Ok(Self { sender: OutcomeSender(sender), thread: Some(thread) })
     }
 
