@@ -4,7 +4,11 @@ use crate::campaign::file::Campaign;
 use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit, store_of};
 use crate::execute::{self, Options};
+use crate::report::text_table;
 use std::path::PathBuf;
+
+/// Width of the labels on the left of a plan.
+const LABELS: usize = 11;
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
@@ -24,7 +28,8 @@ impl Arguments {
     pub(super) fn run(&self) -> CommandResult {
         let campaign = Campaign::load(&self.campaign)?;
         let plan = execute::plan(&campaign, &store_of(self.store.as_deref(), &campaign.name))?;
-        print(plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from)))?;
+        let text = plan.render(self.threads.map_or_else(|| Options::default().threads, usize::from));
+        print(text_table::hanging(&text, LABELS))?;
         Ok(Exit::Done)
     }
 }

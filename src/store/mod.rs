@@ -95,6 +95,7 @@ pub(crate) use read::query::example_jobs;
 pub use read::query::{QueryError, query};
 pub(crate) use read::records::{Origins, origins, records};
 pub use read::status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
+pub use read::twins::{Twin, twins};
 pub use write::Store;
 pub use write::fits::save_fits;
 pub use write::patience::Hurry;

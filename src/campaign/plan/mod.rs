@@ -8,6 +8,8 @@
 //! |---|---|
 //! | `cost` | what jobs are expected to cost |
 //! | `effects` | what acts on the droplets of a block |
+//! | `rounds` | the rounds of `until`, and what they can cost at most |
+//! | `switches` | what the campaign chooses otherwise at some points than at others |
 //! | `integrators`, `tolerance` | why points take their integrator: as the cheaper one, or for a tolerance |
 //! | `text`, `ends` | a plan as a physicist reads it |
 
@@ -15,6 +17,8 @@ mod cost;
 mod effects;
 mod ends;
 mod integrators;
+mod rounds;
+mod switches;
 mod text;
 mod tolerance;
 
@@ -24,9 +28,11 @@ mod tests;
 pub use cost::{Cost, Speed};
 pub use effects::Effect;
 pub use ends::Ends;
+pub use rounds::Rounds;
+pub use switches::Switch;
 
 use crate::campaign::file::{Block, Campaign};
-use crate::parameters::{Job, JobId, JobState, Point};
+use crate::parameters::{Job, JobId, JobState, Point, Value, list};
 use crate::physics::simulate::stability::StabilityLimit;
 use rayon::prelude::*;
 
@@ -120,6 +126,13 @@ pub struct BlockPlan {
     pub integrators: Vec<Chosen>,
     /// What acts on the droplet, what does not, and why.
     pub effects: Vec<Effect>,
+    /// Smallest and largest of each limit and measure that ends a run or that runs are made in; `None` where the file
+    /// says "none" at all points.
+    pub ends: Vec<(&'static str, Option<Ends>)>,
+    /// Where on the grid the campaign chooses otherwise.
+    pub switches: Vec<Switch>,
+    /// The rounds of `until`.
+    pub rounds: Option<Rounds>,
     /// What its jobs to run are expected to cost.
     pub cost: Cost,
 }
@@ -179,7 +192,7 @@ pub fn plan(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     };
     let jobs = candidates.par_iter().map(planned).collect();
     let blocks =
-        blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost));
+        blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost, speed));
     Plan { campaign: campaign.name.clone(), blocks: blocks.collect(), jobs }
 }
 
@@ -220,7 +233,7 @@ fn tally(counts: &mut Counts, state: Option<JobState>) -> bool {
 }
 
 /// The plan of a block; `None` if it has no points, which a valid campaign rules out.
-fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
+fn describe(block: &Block, counts: Counts, cost: Cost, speed: &Speed) -> Option<BlockPlan> {
     let first: &Point = block.points.first()?;
     let limits: Vec<StabilityLimit> = block.points.par_iter().map(|point| StabilityLimit::of(point)).collect();
     let tightest = limits.iter().min_by(|a, b| a.dt_max.total_cmp(&b.dt_max))?;
@@ -239,6 +252,21 @@ fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
             None => integrators::of(block, &limits),
         },
         effects: effects::of(&block.points),
+        ends: ENDS.iter().filter_map(|name| Some((*name, ends_of(block, name)?))).collect(),
+        switches: switches::of(block),
+        rounds: Rounds::of(block, speed),
         cost,
     })
+}
+
+/// What ends runs, and the box that they are in, in the order in which a plan names them.
+const ENDS: [&str; 5] = ["t_max", "distance", "h_end", "ek_threshold", "box_size"];
+
+/// The smallest and the largest value of a parameter in a block: `None` inside where it is "none" at some points, and
+/// `None` where it means nothing.
+fn ends_of(block: &Block, name: &str) -> Option<Option<Ends>> {
+    let values: Vec<Value> = block.points.iter().filter_map(|point| list::value(point, name)).collect();
+    let numbers: Vec<f64> = values.iter().filter_map(|value| value.number()).collect();
+    let all_numbers = numbers.len() == values.len();
+    (!values.is_empty()).then(|| all_numbers.then(|| Ends::of(numbers.into_iter())))
 }

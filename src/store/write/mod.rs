@@ -30,7 +30,7 @@ pub(super) mod writer;
 use crate::parameters::PHYSICS_VERSION;
 use crate::results::trajectory::FailureClass;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, database, log, samples_dir};
+use crate::store::folders::{Folders, database, log, refuse_no_folder, samples_dir};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
 use crate::store::{disk, lock, quarantine, schema, seal};
 use rusqlite::Connection;
@@ -60,6 +60,7 @@ impl Store {
     /// program wrote it, [`StoreError::NetworkFileSystem`] where SQLite's log is unsafe; else what SQLite or the system
     /// report.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
+        refuse_no_folder(dir)?;
         lock::refuse_network(dir)?;
         disk::create_folder(dir)?;
         let lock = lock::take(dir)?;
