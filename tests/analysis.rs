@@ -304,3 +304,21 @@ fn tables_of_nothing_say_so() {
     assert_eq!(decay_lengths(&[]), "Decay lengths: no grid point has finished runs yet.\n");
     assert_eq!(mean_speeds(&[]), "Mean speeds: no grid point has finished runs yet.\n");
 }
+
+#[test]
+fn the_words_of_the_tables_are_explained_where_they_first_stand() {
+    let mut wide = synthetic(1.0, 20.0, 12);
+    if let Scene::Obstacles(field) = &mut wide.point.scene {
+        (field.w_ob, field.density) = (1.0, Density::Saturated);
+    }
+    wide.point_id = wide.point.id();
+    let points = [synthetic(1.0, 20.0, 12), wide];
+    let fits = fit_all(&points);
+    let tables = [decay_lengths(&fits), mean_speeds(&fits)];
+    for text in &tables {
+        assert!(text.contains("\nw_ob       smallest gap between two obstacles, in sigma\n"), "{text}");
+        assert!(text.contains("\ndensity    obstacles per sigma^2; saturated: until no more fit\n"), "{text}");
+        assert!(text.contains("\nother names: meniscus keys NAME\n") && !text.contains("\ngamma "), "{text}");
+    }
+    assert!(tables[1].contains("\nCa         capillary number"), "{}", tables[1]);
+}

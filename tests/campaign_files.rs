@@ -138,3 +138,65 @@ proptest! {
         }
     }
 }
+
+/// A campaign whose axis has so many values, each on a line of its own or all on one.
+fn with_axis(values: usize, separator: &str, value: impl Fn(usize) -> String) -> String {
+    let values: Vec<String> = (0..values).map(value).collect();
+    let head = "name = \"long\"\nmodel = \"SP\"\nscene = \"plate\"\nruns_per_point = 1\n";
+    format!("{head}[grid]\ne_w = [{}]\nv_t = [0.0]\ng_w = [1.0]\n", values.join(separator))
+}
+
+#[test]
+fn of_many_bad_values_on_an_axis_the_first_are_shown_and_the_others_counted() {
+    for separator in [", ", ",\n"] {
+        // So many that whoever reads the file again for each of them takes minutes.
+        let text = with_axis(100_000, separator, |index| format!("-{index}.5"));
+        let error = Campaign::parse("long.toml", &text).unwrap_err();
+        assert_eq!(error.problems().len(), 100_002);
+        let shown = error.render(false);
+        assert!(shown.lines().count() < 100 && shown.len() < 10_000, "{shown}");
+        assert!(shown.contains("99995 more mistakes are not shown: grid.e_w (99995)"), "{shown}");
+        assert!(shown.contains("grid.v_t") && shown.contains("grid.g_w"), "other keys are not hidden: {shown}");
+        let last = error.problems().iter().rfind(|problem| problem.key.as_deref() == Some("grid.e_w")).unwrap();
+        let place = text.find("-99999.5").unwrap();
+        let line = text[..place].matches('\n').count() + 1;
+        let column = place - text[..place].rfind('\n').unwrap();
+        assert_eq!((last.line, last.column), (line, column));
+    }
+}
+
+#[test]
+fn of_many_unknown_keys_and_of_many_repeated_values_some_are_shown_as_well() {
+    let keys: String = (0..3000).map(|index| format!("zzz{index} = 1\n")).collect();
+    let shown = Campaign::parse("keys.toml", &format!("name = \"keys\"\n{keys}")).unwrap_err().render(false);
+    assert!(shown.lines().count() < 500, "{} lines", shown.lines().count());
+    assert!(shown.contains("more mistakes are not shown: ") && shown.contains(" other keys"), "{shown}");
+    let text = with_axis(3000, ", ", |index| format!("{}.5", index / 2));
+    let shown = Campaign::parse("twice.toml", &text).unwrap_err().render(false);
+    assert!(shown.contains("1495 more mistakes are not shown: grid.e_w (1495)"), "{shown}");
+}
+
+#[test]
+fn a_campaign_that_cannot_be_read_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |path: &Path| Campaign::load(path).unwrap_err().render(false);
+    assert!(said(&folder.path().join("none.toml")).contains("name a file that is there"));
+    assert!(said(folder.path()).contains("name a file in this folder"));
+    fs::write(folder.path().join("store.db"), "").unwrap();
+    assert!(said(folder.path()).contains("this is a store") && said(folder.path()).starts_with("error: "));
+}
+
+#[test]
+fn digits_before_the_point_or_after_it_make_no_zero_but_a_written_zero_is_one() {
+    let with = |b0: &str| {
+        let text = format!("name = 'z'\nmodel = 'SP'\nscene = 'plate'\nruns_per_point = 1\ne_w = 1.0\nb0 = {b0}\n");
+        Campaign::parse("z.toml", &text).map(|campaign| campaign.blocks[0].points[0].b0)
+    };
+    for zero in ["0", "0.0", "-0.0", "0e0", "0.000e-400", "0e-999"] {
+        assert_eq!(with(zero).unwrap(), 0.0, "{zero}");
+    }
+    for lost in ["1e-400", "0.0001e-320", "4.9e-324", "10e-400"] {
+        assert!(with(lost).is_err(), "{lost}");
+    }
+    assert_eq!(with("2.3e-308").unwrap(), 2.3e-308);
+}

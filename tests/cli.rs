@@ -148,3 +148,88 @@ fn mistakes_on_the_command_line_are_told() {
     assert!(said(2, &["run", "small.toml", "--threads", "0"]).contains("threads"));
     assert!(said(2, &["fly"]).contains("fly"));
 }
+
+#[test]
+fn a_number_that_differs_in_its_last_digits_from_a_stored_one_is_told_by_plan_and_run() {
+    let folder = folder();
+    let dir = folder.path();
+    let soft = |e_w: &str, more: &str| {
+        let text = format!(
+            "name = \"twins\"\nmodel = \"SP\"\nscene = \"plate\"\nruns_per_point = 1\n{more}\n[grid]\ne_w = {e_w}\n"
+        );
+        fs::write(dir.join("twins.toml"), text).unwrap();
+    };
+    let said = |command: &str| String::from_utf8(expect(0, dir, &[command, "twins.toml"]).stderr).unwrap();
+    soft("[0.3, 1.0]", "limits.t_max = 5.0");
+    assert!(!said("run").contains("nearly"));
+    soft("[0.30000000000000004, 1.0, 1.1]", "limits.t_max = 5.0");
+    for command in ["plan", "run"] {
+        let text = said(command);
+        assert!(text.contains("e_w = 0.30000000000000004 is nearly, but not, 0.3"), "{text}");
+        assert_eq!(text.matches("nearly").count(), 1, "{text}");
+    }
+    assert!(!said("plan").contains("nearly"), "it was told when it was new");
+    // A relative: the twins stand in one file, and in a key that is no column of the first schemas.
+    soft("[5.0]", "limits.t_max = 5.000000000000001");
+    assert!(said("plan").contains("t_max = 5.000000000000001 is nearly, but not, 5,"));
+    soft("[7.0, 7.000000000000001, 8.0]", "limits.t_max = 5.0");
+    assert!(said("plan").contains("e_w = 7.000000000000001 is nearly, but not, 7,"));
+}
+
+#[test]
+fn what_is_no_folder_is_refused_as_a_store_with_a_way_out() {
+    let folder = folder();
+    let dir = folder.path();
+    fs::write(dir.join("file"), "text").unwrap();
+    std::os::unix::fs::symlink("nowhere", dir.join("dangling")).unwrap();
+    let said = |arguments: &[&str]| String::from_utf8(expect(1, dir, arguments).stderr).unwrap();
+    let ways: [&[&str]; 7] = [
+        &["status"],
+        &["check"],
+        &["check", "--repair"],
+        &["fit"],
+        &["render"],
+        &["run", "small.toml", "--store"],
+        &["plan", "small.toml", "--store"],
+    ];
+    for way in ways {
+        assert!(
+            said(&[way, &["file"]].concat()).contains("file is a file, and a store is a folder: name another"),
+            "{way:?}"
+        );
+        let text = said(&[way, &["dangling"]].concat());
+        assert!(text.contains("a link to nowhere, which is not there") && text.contains("make that folder"), "{text}");
+        let text = said(&[way, &["small.toml"]].concat());
+        assert!(text.contains("small.toml is a campaign file") && text.contains("NAME.meniscus"), "{text}");
+    }
+    assert!(!dir.join("nowhere").exists(), "asking makes nothing");
+    assert_eq!(fs::read_to_string(dir.join("file")).unwrap(), "text");
+}
+
+#[test]
+fn a_channel_has_mean_speeds_and_no_decay_length() {
+    let folder = folder();
+    let dir = folder.path();
+    let text = "name = \"channel\"\nmodel = \"SP\"\nscene = \"channel\"\nw = 1.2\ne_w = 10.0\nh_start = -1.0\n\
+                runs_per_point = 2\nlimits.t_max = 200.0\n";
+    fs::write(dir.join("channel.toml"), text).unwrap();
+    let tables = String::from_utf8(expect(0, dir, &["run", "channel.toml"]).stdout).unwrap();
+    assert!(tables.contains("Decay lengths: none") && tables.contains("Mean speeds, SP in channels"), "{tables}");
+    assert!(!tables.contains("lambda"), "{tables}");
+    assert_eq!(
+        ask(dir, "channel.meniscus", "select count(lambda), count(lambda_low) from lambda_fits").lines().last(),
+        Some("0,0")
+    );
+}
+
+#[test]
+fn accuracy_says_first_how_long_it_takes() {
+    let folder = folder();
+    let dir = folder.path();
+    let text = "name = \"small\"\nmodel = \"SP\"\nscene = \"plate\"\ne_w = 1.0\nruns_per_point = 1\nlimits.t_max = 5.0\n\
+                [[block]]\nname = \"free.dt\"\n";
+    fs::write(dir.join("accuracy.toml"), text).unwrap();
+    let output = meniscus(dir, &["accuracy", "accuracy.toml", "--threads", "1"]).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("1 runs, at most about ") && said.contains(" on 1 threads"), "{said}");
+}

@@ -1,9 +1,10 @@
 //! `meniscus accuracy`: what each digit costs, measured on this machine.
 
+use crate::campaign::durations::written_s;
 use crate::campaign::file::Campaign;
 use crate::cli::effort::{Effort, lasts, remark_on, tell_stopped};
 use crate::cli::progress::Display;
-use crate::cli::talk::{print, typed, write_file};
+use crate::cli::talk::{print, say, typed, write_file};
 use crate::cli::{CommandResult, Exit};
 use crate::execute::{self, RunReport};
 use crate::parameters::{JobId, PointId};
@@ -67,6 +68,7 @@ impl Arguments {
             return Err(format!("{} is not a picture that can be written: name it .svg or .png", odd.display()).into());
         }
         let dir = self.effort.store(&campaign.name);
+        tell_cost(&campaign, &dir, options.threads, quiet)?;
         let mut display = Display::new(&dir, quiet, self.effort.remark());
         let report = execute::run(&campaign, &dir, &options, |event| display.show(event))?;
         let accuracy = accuracy::judge(&campaign, &runs(&campaign, &dir)?)?;
@@ -118,6 +120,16 @@ impl Arguments {
         }
         Ok(())
     }
+}
+
+/// Says how long the runs that are left take, if there are any.
+fn tell_cost(campaign: &Campaign, dir: &Path, threads: usize, quiet: bool) -> Result<(), Box<dyn Error>> {
+    let plan = execute::plan(campaign, dir)?;
+    if let (Some(cost), false, false) = (plan.cost(), quiet, plan.jobs.is_empty()) {
+        let time = written_s(cost.wall_s(threads));
+        say(format!("{} runs, at most about {time} on {threads} threads; clogs end runs earlier", plan.jobs.len()));
+    }
+    Ok(())
 }
 
 fn picture_kind(path: &Path) -> Option<&'static str> {

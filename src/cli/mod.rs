@@ -8,6 +8,8 @@ mod deadline;
 mod effort;
 mod export;
 mod fit;
+mod keys;
+mod manual;
 mod output;
 mod plan;
 mod progress;
@@ -29,7 +31,13 @@ type CommandResult = Result<Exit, Box<dyn Error>>;
 
 /// Campaigns of droplet simulations: flow and clogging of capillary droplets.
 #[derive(Debug, Parser)]
-#[command(version, about, after_help = "Start with:  meniscus run campaigns/quickstart.toml")]
+#[command(
+    version,
+    about,
+    after_help = "\
+Start with:  meniscus run campaigns/quickstart.toml
+To cite:     this program with its version, and Cheng et al., Soft Matter 20, 8036 (2024); see CITATION.cff"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -65,6 +73,14 @@ enum Command {
     Replay(replay::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
+    /// Say what may stand in a campaign file: every key with its unit, range and default
+    Keys(keys::Arguments),
+    /// Write the JSON Schema of campaign files, by which editors complete and check them
+    Schema(manual::Schema),
+    /// Write the completions of a shell
+    Completions(manual::Completions),
+    /// Write the manual as man pages
+    Man(manual::Manual),
 }
 
 /// Reads the command line, does what it asks for, and says how it went.
@@ -95,6 +111,10 @@ impl Cli {
             Command::Accuracy(arguments) => arguments.run(self.quiet),
             Command::Replay(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
+            Command::Keys(arguments) => arguments.run(),
+            Command::Schema(arguments) => arguments.run(),
+            Command::Completions(arguments) => arguments.run(),
+            Command::Man(arguments) => arguments.run(),
         }
     }
 }

@@ -5,9 +5,13 @@ use crate::campaign::plan::BlockPlan;
 use crate::cli::output::deliver;
 use crate::cli::{CommandResult, store_of};
 use crate::execute::{self, Options};
+use crate::report::text_table;
 use crate::store::{Format, Value, write_rows};
 use std::io::Write;
 use std::path::PathBuf;
+
+/// Width of the labels on the left of a plan.
+const LABELS: usize = 11;
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +36,7 @@ impl Arguments {
         let plan = execute::plan(&campaign, &store_of(self.store.as_deref(), &campaign.name))?;
         let threads = self.threads.map_or_else(|| Options::default().threads, usize::from);
         deliver(self.format, None, |out: &mut dyn Write| match self.format {
-            Format::Table => out.write_all(plan.render(threads).as_bytes()),
+            Format::Table => out.write_all(text_table::hanging(&plan.render(threads), LABELS).as_bytes()),
             format => write_rows(&COLUMNS, plan.blocks.iter().map(|block| row(block, threads)), format, out),
         })
     }

@@ -10,6 +10,21 @@ use std::path::{Path, PathBuf};
 /// Arguments of `query`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
+Views and tables, one row for each:
+  runs            job: parameters, state, outcome, displacement, speed, cost
+  clog_events     clog: when, where, how it holds (wrap, squeeze, hybrid)
+  samples         recorded instant of a job: t, r, h, y, v_g, ek_ratio, shape, area_error
+  shapes          kept outline of a droplet, and the loads on it
+  outline         vertex of a kept outline: t, vertex, x, y
+  obstacles       obstacle near the path of a job: x, y, radius
+  lambda_fits     grid point: the decay length, with its interval, as `fit` last computed it
+  speed_averages  grid point: the mean speed, likewise
+  stability       job: rise of energy, area error, overlap
+  failures        failed job: class, reason, step, dump
+  stale_runs      job of another physics version, with the columns of runs
+An example:
+  meniscus query quickstart.meniscus \"select gamma, w_ob, avg(r_end) from runs group by 1, 2\"
+Columns: meniscus query DIR \"select name, type from pragma_table_info('runs')\"; keys: meniscus keys NAME
 Beside SQLite's functions there are sqrt, exp, ln, log10, sin, cos, floor, ceil, power(x, y), and of many numbers
 median(x), stddev(x) and percentile(x, p), p from 0 to 100. These leave NULL out.")]
 pub(super) struct Arguments {

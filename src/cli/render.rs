@@ -99,7 +99,7 @@ impl Arguments {
         }
         let path = store::job_path(&self.store, id)?;
         let surroundings = Surroundings::of(&job.point, job.seed)?;
-        let caption = Caption { job: id, point: &job.point, seed: job.seed, story: &story };
+        let caption = Caption { job: id, point: &job.point, seed: job.seed, story: &story, at_end: true };
         let picture = Picture { surroundings: &surroundings, path: &path, caption };
         let view = if self.path { View::whole(&path, &outlines) } else { View::around(last) };
         Ok(match kind {
@@ -107,7 +107,10 @@ impl Arguments {
             Kind::Png => png(&picture.svg(last, &view), ZOOM.0)?,
             Kind::Gif => {
                 let views = if self.path { vec![view; outlines.len()] } else { View::following(&outlines) };
-                gif(outlines.len(), ZOOM.1, |k| picture.svg(&outlines[k], &views[k]))?
+                gif(outlines.len(), ZOOM.1, |k| {
+                    let caption = Caption { at_end: k + 1 == outlines.len(), ..caption };
+                    Picture { caption, ..picture }.svg(&outlines[k], &views[k])
+                })?
             }
         })
     }

@@ -8,7 +8,9 @@ use crate::execute::options::{Options, Retry};
 use crate::execute::rounds::{Evidence, grown};
 use crate::execute::schedule::{Paused, Progress, StopReason};
 use crate::physics::simd::{InstructionSet, best_instruction_set};
-use crate::store::{CampaignRecord, PlannedPoint, Provenance, Store, StoreError, job_states, open_reading, point_runs};
+use crate::store::{
+    CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Twin, job_states, open_reading, point_runs, twins,
+};
 use rusqlite::Connection;
 use std::borrow::Cow;
 use std::path::Path;
@@ -83,6 +85,7 @@ pub fn run(
     mut watch: impl FnMut(Event<'_>),
 ) -> Result<RunReport, RunError> {
     let (mut rounds, mut ended, mut retry) = (0, 0, options.retry);
+    warn_of_twins(campaign, dir)?;
     loop {
         let round = current_round(campaign, dir)?;
         // Where the store is missing, or is to be migrated first, there is something to do.
@@ -106,8 +109,23 @@ pub fn run(
 /// # Errors
 /// What reading the store reports.
 pub fn plan(campaign: &Campaign, dir: &Path) -> Result<Plan, StoreError> {
+    warn_of_twins(campaign, dir)?;
     let round = current_round(campaign, dir)?;
     planned(&round, dir, &machine_speed::measure(best_instruction_set()))
+}
+
+/// Warns of numbers that were probably meant to be those that the store holds.
+fn warn_of_twins(campaign: &Campaign, dir: &Path) -> Result<(), StoreError> {
+    let found = match twins(dir, campaign) {
+        Err(StoreError::Older { .. }) => Vec::new(),
+        found => found?,
+    };
+    for Twin { name, new, old } in found {
+        tracing::warn!(
+            "{name} = {new} is nearly, but not, {old}, which is there already: the two are kept as two points"
+        );
+    }
+    Ok(())
 }
 
 /// Opens the store for one round; it is closed, and its lock released, when the round is over.

@@ -35,6 +35,16 @@ impl Interval {
         Self { high, high_included: false, ..self }
     }
 
+    /// Its lower end, and whether that is in.
+    pub(crate) const fn low(self) -> (f64, bool) {
+        (self.low, self.low_included)
+    }
+
+    /// Its upper end, which may be infinite, and whether that is in.
+    pub(crate) const fn high(self) -> (f64, bool) {
+        (self.high, self.high_included)
+    }
+
     /// Whether the number lies in the interval.
     pub fn contains(&self, number: f64) -> bool {
         let above_low = number > self.low || (self.low_included && number == self.low);

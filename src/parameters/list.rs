@@ -123,7 +123,7 @@ pub static PARAMETERS: &[Parameter] = &[
 
     parameter("v_t", "terminal speed of the free droplet", field!(point.v_t))
         .number(POSITIVE.up_to(10.0)).default(0.03).unit("sqrt(g sigma)").caption(),
-    parameter("b0", "near-wall drag over b_inf", field!(point.b0))
+    parameter("b0", "near-wall drag over the drag far from walls, b0/b_inf", field!(point.b0))
         .number(between(0.0, 10.0)).default(0.0),
     parameter("alpha", "exponent of the near-wall drag", ALPHA)
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
@@ -137,7 +137,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .limit().number(POSITIVE).default(2e5).unit("t0"),
     parameter("distance", "way after which a run ends", field!(point.limits.distance))
         .limit().number_or("none", POSITIVE).default_to("none").unit("sigma"),
-    parameter("ek_threshold", "E_k/E_t of a clog", field!(point.limits.ek_threshold))
+    parameter("ek_threshold", "E_k/E_t, kinetic energy over that at V_t, below which a droplet that has moved is clogged", field!(point.limits.ek_threshold))
         .limit().number(POSITIVE.below(1.0)).default(1e-17),
     parameter("sample_every", "time between two samples", field!(point.sample_every))
         .number(POSITIVE).default(10.0).unit("t0"),

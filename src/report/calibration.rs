@@ -46,5 +46,5 @@ pub(crate) fn table(calibration: &Calibration, names: &[(String, usize)], weighe
     let headers = owned(["trial", "frames", "gamma*", "b0*", "Delta_v", "Delta_A"]);
     let note = if weighed { NOTE_WEIGHED } else { NOTE };
     let spread = if names.len() > 1 { MANY } else { ONE };
-    format!("{}{note}{spread}", TextTable { title, headers, rows, names: 1 }.text())
+    format!("{}{note}{spread}", TextTable { title, headers, rows, names: 1, keys: 1 }.text())
 }

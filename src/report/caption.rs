@@ -1,10 +1,12 @@
 //! The words under a picture: what happened, to which droplet, in which job.
 
 use crate::parameters::{JobId, PARAMETERS, Point, Scene};
+use crate::report::forces::is_strong;
 use crate::report::parameters::equation;
 use crate::report::rounding::significant;
 use crate::results::outline::Outline;
 use crate::store::JobStory;
+use std::collections::BTreeSet;
 
 /// Stands between two items of a line.
 const SEPARATOR: &str = "\u{a0}· ";
@@ -20,19 +22,26 @@ pub struct Caption<'a> {
     pub seed: u64,
     /// How it went.
     pub story: &'a JobStory,
+    /// Whether the picture shows the end; a picture of an earlier instant tells nothing of it.
+    pub at_end: bool,
 }
 
 impl Caption<'_> {
-    /// How the job ended, in a line.
-    pub fn title(&self) -> String {
+    /// How the job ended, in a line; or that it has not ended yet at this instant.
+    pub fn title(&self, outline: &Outline) -> String {
         let story = self.story;
+        if !self.at_end {
+            return "Under way".to_owned();
+        }
         let way = story.r_end.map_or_else(String::new, |r| format!("{} σ", significant(r, 3)));
         if let Some(class) = &story.error_class {
             return format!("Failed: {class}");
         }
         match (story.outcome.as_deref(), story.mechanism.as_deref()) {
             (Some("clogged"), Some("wrap")) => format!("Clogged after {way}: wrapped round an obstacle"),
-            (Some("clogged"), Some("squeeze")) => format!("Clogged after {way}: squeezed between two obstacles"),
+            (Some("clogged"), Some("squeeze")) => {
+                format!("Clogged after {way}: squeezed{}", between(outline))
+            }
             (Some("clogged"), Some(other)) => format!("Clogged after {way}: {other}"),
             (Some("clogged"), None) => format!("Clogged after {way}"),
             (Some("time_limit"), _) => format!("Not clogged at the time limit, after {way}"),
@@ -71,6 +80,14 @@ impl Caption<'_> {
     }
 }
 
+/// ` between three obstacles`: those whose forces are drawn as arrows; nothing if there are not two.
+fn between(outline: &Outline) -> String {
+    let pushing: BTreeSet<_> = outline.loads.iter().filter(|load| is_strong(load)).map(|load| load.obstacle).collect();
+    let words = ["two", "three", "four", "five", "six"];
+    let number = pushing.len().checked_sub(2).map(|above| words.get(above).copied().unwrap_or("many"));
+    number.map_or_else(String::new, |number| format!(" between {number} obstacles"))
+}
+
 /// How the obstacles share the force against gravity, the largest share first.
 fn support(outline: &Outline) -> String {
     let supports = || outline.loads.iter().map(|load| (-load.fx).max(0.0));
@@ -84,5 +101,39 @@ fn support(outline: &Outline) -> String {
             let shares: Vec<String> = shares.iter().map(|share| format!("{:.0}%", 100.0 * share)).collect();
             format!("held by {n} obstacles: {}", shares.join(" + "))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Model, Soft};
+    use crate::results::outline::LoadRecord;
+
+    fn load(obstacle: u32, fx: f64) -> LoadRecord {
+        LoadRecord { obstacle, x: 0.0, y: 0.0, fx, fy: 0.0, turn: 0.0 }
+    }
+
+    #[test]
+    fn a_squeezed_droplet_is_between_as_many_obstacles_as_there_are_arrows() {
+        let title = |loads: &[LoadRecord]| between(&Outline { loads: loads.to_vec(), ..Outline::default() });
+        assert_eq!(title(&[load(1, -0.4), load(2, -0.4)]), " between two obstacles");
+        assert_eq!(title(&[load(1, -0.4), load(2, -0.3), load(9, 0.2)]), " between three obstacles");
+        assert_eq!(
+            title(&[load(1, -0.4), load(2, -0.4), load(9, 1e-4)]),
+            " between two obstacles",
+            "a dot is no arrow"
+        );
+        assert_eq!(title(&[load(1, -0.4), load(1, -0.4)]), "", "twice the same obstacle");
+    }
+
+    #[test]
+    fn a_frame_before_the_end_tells_nothing_of_the_end() {
+        let point = Point::new(Model::Soft(Soft { e_w: 1.0 }), Scene::Plate);
+        let story = JobStory { error_class: Some("unstable".to_owned()), ..JobStory::default() };
+        let caption = Caption { job: JobId::new(point.id(), 0), point: &point, seed: 0, story: &story, at_end: true };
+        let outline = Outline::default();
+        assert_eq!(caption.title(&outline), "Failed: unstable");
+        assert_eq!(Caption { at_end: false, ..caption }.title(&outline), "Under way");
     }
 }

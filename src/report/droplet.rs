@@ -42,7 +42,7 @@ impl Picture<'_> {
         ];
         let (words, words_height) = self.words(outline, width, height + 2.0 * FRAME);
         let (full_width, full_height) = (px(width + 2.0 * FRAME), px(height + 2.0 * FRAME + words_height));
-        let title = escape(&self.caption.title());
+        let title = escape(&self.caption.title(outline));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{full_width}\" height=\"{full_height}\" \
              viewBox=\"0 0 {full_width} {full_height}\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n\
@@ -77,14 +77,14 @@ impl Picture<'_> {
         let caption = self.caption;
         let mut y = top + 14.0;
         let mut out =
-            text([FRAME, y], 18.0, "start", &format!("fill=\"{INK}\" font-weight=\"bold\""), &caption.title());
-        let details = [caption.reason().map(str::to_owned), Some(caption.parameters())];
-        let mut lines: Vec<(String, &str)> = Vec::new();
+            text([FRAME, y], 18.0, "start", &format!("fill=\"{INK}\" font-weight=\"bold\""), &caption.title(outline));
         // A letter is about 0.55 of its size wide.
         let letters = (width / (0.55 * SMALL)) as usize;
-        for detail in details.into_iter().flatten() {
-            lines.extend(broken(&detail, letters).into_iter().map(|line| (line, INK)));
-        }
+        let reason = broken(caption.reason().unwrap_or_default(), letters);
+        // Before the end the reason is not told, but has its room: all frames of an animation have one size.
+        let reason = reason.into_iter().map(|line| if caption.at_end { line } else { String::new() });
+        let parameters = broken(&caption.parameters(), letters);
+        let mut lines: Vec<(String, &str)> = reason.chain(parameters).map(|line| (line, INK)).collect();
         lines.extend(caption.instant(outline, start_x).map(|line| (line, PALE_INK)));
         y += 6.0;
         for (line, colour) in lines {
@@ -98,7 +98,7 @@ impl Picture<'_> {
 /// The text in lines of at most `letters` letters, broken at spaces; a longer word has a line of its own.
 fn broken(text: &str, letters: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
         match lines.last_mut() {
             Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
                 line.push(' ');

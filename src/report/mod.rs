@@ -9,6 +9,7 @@
 //! | what accuracy costs | [`accuracy`], `error_plot` |
 //! | a calibration | `calibration`, `profile_plot` |
 //! | a droplet at one instant | `droplet`: `surroundings`, `trail`, `forces`, `signs`, `caption`, placed by `view` |
+//! | the keys of campaign files | `keys` |
 //! | pixels | `raster` for PNG, `animation` for GIF |
 //!
 //! All share `rounding`, which formats numbers, `text_table`, which lays out tables, and `svg`, the elements of
@@ -23,6 +24,7 @@ mod colours;
 pub(crate) mod droplet;
 pub(crate) mod error_plot;
 mod forces;
+pub(crate) mod keys;
 mod panel;
 mod parameters;
 pub(crate) mod profile_plot;
@@ -32,6 +34,6 @@ mod signs;
 pub(crate) mod surroundings;
 mod svg;
 pub mod tables;
-mod text_table;
+pub(crate) mod text_table;
 mod trail;
 pub(crate) mod view;

@@ -3,20 +3,20 @@
 //! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
 //! sorted by those columns. The lines under the last table say what the columns mean.
 
-use crate::parameters::{Point, PointId, Scene};
+use crate::parameters::{PARAMETERS, Parameter, Point, PointId, Scene};
 use crate::report::parameters::split;
 use crate::report::rounding::{lower_bound, significant, to_precision, with_interval};
-use crate::report::text_table::{NOTHING, TextTable};
+use crate::report::text_table::{NOTHING, TextTable, terminal_width};
 use crate::results::fits::{LambdaFit, SpeedAverage};
 use crate::results::trajectory::Mechanism;
 use crate::study::fits::FittedPoint;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 /// Below this probability a row is marked.
 const DOUBTFUL: f64 = 0.05;
 
-/// Width to which titles and footnotes are broken.
+/// Width to which titles and footnotes are broken, unless the terminal is narrower.
 const WIDTH: usize = 100;
 
 const LAMBDA_NOTE: &str = "\
@@ -37,6 +37,7 @@ anywhere from 0.23 to 18 times the value shown, two clogs from 0.32 to 6 times. 
 const SPEED_NOTE: &str = "\
 <v_g>/V_t  speed after the start-up, mean over the flowing runs: those that ended without a clog
 [a, b]     95% studentised bootstrap interval of that mean; from 5 flowing runs on
+Ca         capillary number, viscous stress over capillary pressure: v_g/V_t * pi/(4 gamma)
 ";
 
 /// The tables of decay lengths.
@@ -45,13 +46,20 @@ const SPEED_NOTE: &str = "\
 /// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
-    tables("Decay lengths", points, &headers, lambda_cells, lambda_notes)
+    // Elsewhere than in an array of obstacles there is one place to clog at, and no decay of P(r).
+    let in_arrays = |row: &&FittedPoint| matches!(row.point.point.scene, Scene::Obstacles(_));
+    let rows: Vec<&FittedPoint> = points.iter().filter(in_arrays).collect();
+    if rows.is_empty() && !points.is_empty() {
+        return "Decay lengths: none, for no droplet moved in an array of obstacles.\n".to_owned();
+    }
+    tables("Decay lengths", &rows, &headers, lambda_cells, lambda_notes)
 }
 
 /// The tables of mean speeds.
 pub fn mean_speeds(points: &[FittedPoint]) -> String {
     let headers = ["flowing/runs", "<v_g>/V_t [95%]", "Ca"];
-    tables("Mean speeds", points, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
+    let rows: Vec<&FittedPoint> = points.iter().collect();
+    tables("Mean speeds", &rows, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
 }
 
 /// What follows the tables of a campaign where the store holds finished runs of seeds that it does not ask for; nothing
@@ -173,7 +181,7 @@ fn speed_cells(speed: &SpeedAverage) -> Vec<String> {
 /// One table per model and kind of scene, in the order in which they first appear.
 fn tables(
     what: &str,
-    points: &[FittedPoint],
+    points: &[&FittedPoint],
     headers: &[&str],
     cells: impl Fn(&FittedPoint) -> Vec<String>,
     notes: impl Fn(&[&FittedPoint]) -> String,
@@ -188,18 +196,37 @@ fn tables(
     if kinds.is_empty() {
         return format!("{what}: no grid point has finished runs yet.\n");
     }
+    let mut varying: BTreeSet<&str> = BTreeSet::new();
     let table = |&wanted: &(&str, &str)| {
-        let rows: Vec<&FittedPoint> = points.iter().filter(|row| kind(row) == wanted).collect();
+        let rows: Vec<&FittedPoint> = points.iter().copied().filter(|row| kind(row) == wanted).collect();
         let parameters: Vec<&Point> = rows.iter().map(|row| &row.point.point).collect();
         let split = split(&parameters);
         let title = wrap(&format!("{what}, {}: {}", kind_in_words(parameters[0]), split.constant.join(", ")));
         let headers = split.varying.iter().chain(headers).map(|&name| name.to_owned()).collect();
         let row = |&i: &usize| split.rows[i].iter().cloned().chain(cells(rows[i])).collect();
         let rows = split.order.iter().map(row).collect();
-        TextTable { title, headers, rows, names: 0 }.text()
+        let keys = split.varying.len();
+        varying.extend(split.varying);
+        TextTable { title, headers, rows, names: 0, keys }.text()
     };
-    let all: Vec<&FittedPoint> = points.iter().collect();
-    format!("{}{}", kinds.iter().map(table).collect::<Vec<_>>().join("\n"), notes(&all))
+    let tables: Vec<String> = kinds.iter().map(table).collect();
+    format!("{}{}{}", tables.join("\n"), names_note(&varying), notes(points))
+}
+
+/// What the columns of parameters mean, and where to ask for the parameters in the titles.
+fn names_note(varying: &BTreeSet<&str>) -> String {
+    let mut note = String::new();
+    let rows = PARAMETERS.iter().filter(|parameter| varying.contains(parameter.name));
+    for Parameter { name, about, unit, .. } in rows {
+        let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
+        let saturated = if *name == "density" { "; saturated: until no more fit" } else { "" };
+        let line = format!("{name:<10} {about}{unit}{saturated}\n");
+        // `e_w` of either model is told once if both mean the same.
+        if !note.contains(&line) {
+            note += &line;
+        }
+    }
+    note + "other names: meniscus keys NAME\n"
 }
 
 fn kind_in_words(point: &Point) -> String {
@@ -212,14 +239,15 @@ fn kind_in_words(point: &Point) -> String {
     format!("{} in {scene}", point.model.name())
 }
 
-/// The text in lines of at most [`WIDTH`] characters, broken at spaces but not at no-break spaces.
+/// The text in lines of at most [`WIDTH`] characters, or as many as the terminal has, broken at spaces but not at no-break spaces.
 fn wrap(text: &str) -> String {
+    let width = terminal_width().map_or(WIDTH, |width| width.min(WIDTH));
     let mut lines = String::new();
     let mut length = 0;
     for word in text.split(' ') {
         let word_length = word.chars().count();
         if length > 0 {
-            let fits = length + 1 + word_length <= WIDTH;
+            let fits = length + 1 + word_length <= width;
             lines.push(if fits { ' ' } else { '\n' });
             length = if fits { length + 1 } else { 0 };
         }

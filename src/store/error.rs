@@ -12,6 +12,16 @@ pub enum StoreError {
     /// The folder holds no store.
     #[error("no store at {}: `meniscus run CAMPAIGN.toml` creates one", typed(.0))]
     Missing(PathBuf),
+    /// There is something else than a folder.
+    #[error("{} is {what}, and a store is a folder: {way_out}", path.display())]
+    NoFolder {
+        /// What was named.
+        path: PathBuf,
+        /// What it is.
+        what: String,
+        /// The next step.
+        way_out: &'static str,
+    },
     /// Another process writes this store.
     #[error("{} is in use by {holder}: wait for it, stop it, or name another folder with --store", typed(dir))]
     Locked {

@@ -11,6 +11,29 @@ pub(super) fn database(dir: &Path) -> PathBuf {
     dir.join("store.db")
 }
 
+/// Refuses a path that leads to something else than a folder; one that leads nowhere may become a store.
+///
+/// # Errors
+/// [`StoreError::NoFolder`].
+pub(super) fn refuse_no_folder(dir: &Path) -> Result<(), StoreError> {
+    let refuse = |what: String, way_out| Err(StoreError::NoFolder { path: dir.to_owned(), what, way_out });
+    if dir.is_dir() {
+        return Ok(());
+    }
+    match (std::fs::read_link(dir), dir.exists()) {
+        (Ok(target), false) => refuse(
+            format!("a link to {}, which is not there", target.display()),
+            "make that folder, or remove the link",
+        ),
+        (_, true) if dir.extension().is_some_and(|extension| extension == "toml") => refuse(
+            "a campaign file".to_owned(),
+            "its store is NAME.meniscus, where NAME is the `name` in the file, unless `run` was told another --store",
+        ),
+        (_, true) => refuse("a file".to_owned(), "name another place; `meniscus run` makes the folder"),
+        (Err(_), false) => Ok(()),
+    }
+}
+
 /// The write-ahead log beside the database.
 pub(super) fn log(dir: &Path) -> PathBuf {
     dir.join("store.db-wal")

@@ -1,16 +1,27 @@
-//! One axis of a grid: a list of values, or a range `{ from, to, points | step, scale }`.
+//! One axis of a grid: a list of values and ranges, or one range `{ from, to, points | step, scale }`.
 
 use crate::campaign::file::grid::{LONGEST_AXIS, Spacing, spread};
 use crate::campaign::file::keys::Key;
 use crate::campaign::file::problem::{Mistake, Problems};
-use crate::campaign::file::scalar::{does_not_fit, number, read, with_article, within};
+use crate::campaign::file::scalar::{number, read, with_article, within};
 use crate::campaign::file::section::{Item, Span};
 use crate::campaign::file::spelling::nearest;
 use crate::parameters::{Short, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-const RANGE_KEYS: [&str; 5] = ["from", "to", "points", "step", "scale"];
+/// The keys of a range, and what they are.
+pub(crate) const RANGE: [(&str, &str); 5] = [
+    ("from", "the first value"),
+    ("to", "the last value, above `from`"),
+    ("points", "how many values, both ends included"),
+    ("step", "how far from one value to the next, instead of `points`"),
+    ("scale", "\"linear\" (equal steps, the default) or \"log\" (equal ratios)"),
+];
+const RANGE_KEYS: [&str; 5] = {
+    let [from, to, points, step, scale] = RANGE;
+    [from.0, to.0, points.0, step.0, scale.0]
+};
 const RANGE_FORM: &str = "a range is { from, to, points, scale = \"log\" or \"linear\" } or { from, to, step }";
 
 /// Reads the axis of the key `rows`; `None` if something was wrong, which is then among the problems.
@@ -22,21 +33,11 @@ pub(super) fn axis(
 ) -> Option<Vec<Item>> {
     let items = match value.get_ref() {
         DeValue::Array(list) => {
-            let mut items = Vec::new();
-            for element in list.iter() {
-                match read(rows.clone(), element.get_ref()) {
-                    Ok(value) => items.push(Item { value, span: element.span() }),
-                    Err(mistake) => drop(problems.note(&element.span(), mistake).key(path)),
-                }
-            }
-            (items.len() == list.len()).then_some(items)
+            // All elements are read, so that all their mistakes are told.
+            let elements: Vec<_> = list.iter().map(|element| values(rows.clone(), element, path, problems)).collect();
+            elements.into_iter().collect::<Option<Vec<_>>>().map(|elements| elements.concat())
         }
-        DeValue::Table(table) => {
-            let span = value.span();
-            let numbers = Range { table, span: &span, path, problems, sound: true }.values(rows)?;
-            let item = |number: f64| Item { value: Value::Number(number + 0.0), span: span.clone() };
-            Some(numbers.into_iter().map(item).collect())
-        }
+        DeValue::Table(_) => values(rows, value, path, problems),
         other => {
             let help = "write a list, [0.1, 1.0], or a range; a single value stands above [grid]";
             problems.note(&value.span(), format!("{} is not an axis", with_article(other))).key(path).help(help);
@@ -44,6 +45,28 @@ pub(super) fn axis(
         }
     }?;
     without_repeats(items, &value.span(), path, problems)
+}
+
+/// The values of one element of an axis: of a range all, else the one that it is.
+fn values(
+    rows: impl Iterator<Item = &'static Key> + Clone,
+    element: &Spanned<DeValue<'_>>,
+    path: &str,
+    problems: &mut Problems<'_>,
+) -> Option<Vec<Item>> {
+    let span = element.span();
+    let DeValue::Table(table) = element.get_ref() else {
+        return match read(rows, element.get_ref()) {
+            Ok(value) => Some(vec![Item { value, span }]),
+            Err(mistake) => {
+                problems.note(&span, mistake).key(path);
+                None
+            }
+        };
+    };
+    let numbers = Range { table, span: &span, path, problems, sound: true }.values(rows)?;
+    let item = |number: f64| Item { value: Value::Number(number + 0.0), span: span.clone() };
+    Some(numbers.into_iter().map(item).collect())
 }
 
 fn without_repeats(items: Vec<Item>, span: &Span, path: &str, problems: &mut Problems<'_>) -> Option<Vec<Item>> {
@@ -61,7 +84,11 @@ fn without_repeats(items: Vec<Item>, span: &Span, path: &str, problems: &mut Pro
     let mut sound = true;
     for pair in order.windows(2).filter(|pair| pair[0].value == pair[1].value) {
         sound = false;
-        problems.note(&pair[1].span, "this value stands twice").key(path).help("each value of an axis stands once");
+        let twice = match pair[1].value {
+            Value::Number(number) => format!("the value {} stands twice", Short(number)),
+            Value::Word(word) => format!("\"{word}\" stands twice"),
+        };
+        problems.note(&pair[1].span, twice).key(path).help("each value of an axis stands once");
     }
     sound.then_some(items)
 }
@@ -157,12 +184,8 @@ impl Range<'_, '_, '_> {
     }
 
     fn number(&mut self, name: &str) -> Option<f64> {
-        let value = self.table.get(name)?.get_ref();
-        let found = number(value);
-        if found.is_none() {
-            self.refuse(name, does_not_fit(value).help(format!("{name} must be a finite number")));
-        }
-        found
+        let found = number(self.table.get(name)?.get_ref());
+        found.map_err(|mistake| self.refuse(name, mistake.help(format!("{name} must be a finite number")))).ok()
     }
 
     fn is_log(&mut self) -> bool {

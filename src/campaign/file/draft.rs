@@ -41,6 +41,12 @@ impl Draft {
         self.value(name).and_then(Value::word).unwrap_or_default()
     }
 
+    /// The keys that the file leaves to the campaign.
+    pub(super) fn open(&self) -> Vec<&'static str> {
+        let is_open = |key: &Key, value| key.parameter.is_some_and(|parameter| parameter.is_open(value));
+        self.0.iter().filter(|(key, value)| is_open(key, *value)).map(|(key, _)| key.name).collect()
+    }
+
     /// Whether the file leaves the value of a key to the campaign.
     fn is_open(&self, name: &str) -> bool {
         self.word(name) == "auto"

@@ -2,7 +2,7 @@
 //!
 //! Reading, range checks, suggestions and help texts all go by this table.
 
-use crate::parameters::{Applies, Domain, PARAMETERS, Parameter, Value, above, between};
+use crate::parameters::{Applies, Domain, PARAMETERS, Parameter, Short, Value, above, between};
 use std::sync::LazyLock;
 
 /// One key of a campaign file.
@@ -26,7 +26,38 @@ pub(crate) struct Key {
     pub(crate) parameter: Option<&'static Parameter>,
 }
 
-/// A table of the file.
+/// A table that may stand in a file: `[limits]`, `[grid]`, ...
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Table {
+    /// How it is written.
+    pub(crate) name: &'static str,
+    /// What it is, in a line.
+    pub(crate) about: &'static str,
+    /// The tables that it may stand in.
+    pub(crate) homes: &'static [Home],
+    /// What its keys call it.
+    pub(crate) home: Home,
+}
+
+/// All tables of a file.
+pub(crate) const TABLES: &[Table] = &[
+    Table { name: "limits", about: "when a run ends", homes: SECTION, home: Home::Limits },
+    Table { name: "until", about: "until when seeds are added in rounds", homes: SECTION, home: Home::Until },
+    Table {
+        name: "grid",
+        about: "axes: each key has a list of values and ranges, or one range, and all combinations are run",
+        homes: SECTION,
+        home: Home::Grid,
+    },
+    Table {
+        name: "block",
+        about: "[[block]]: points of one model in one scene; a block has the keys of the file, unless it has its own",
+        homes: &[Home::File],
+        home: Home::Block,
+    },
+];
+
+/// A place in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Home {
     /// The top of the file.
@@ -55,13 +86,25 @@ const OWN: &[Key] = &[
     key("name", SECTION, Domain::Text, None, "name of the campaign or of the block"),
     key("about", &[Home::File], Domain::Text, None, "what the campaign shows, in prose"),
     key("runs_per_point", SECTION, Domain::Whole(between(1.0, 1e5)), None, "seeds per grid point"),
-    key("first_seed", SECTION, Domain::Whole(between(0.0, 1e15)), Some(Value::Number(0.0)), "the first seed"),
+    key(
+        "first_seed",
+        SECTION,
+        Domain::Whole(between(0.0, 1e15)),
+        Some(Value::Number(0.0)),
+        "the first seed; the others follow it",
+    ),
     Key {
         applies: Applies::Model("DP"),
         ..key("tolerance", SECTION, Domain::NumberOr(above(0.0).up_to(0.5), "none"), NONE, TOLERANCE)
     },
     key("relative_error", UNTIL, Domain::NumberOr(between(0.01, 1.0), "none"), NONE, RELATIVE_ERROR),
-    key("estimate", UNTIL, Domain::Choice(&["lambda", "v_g"]), Some(Value::Word("lambda")), "what that interval is of"),
+    key(
+        "estimate",
+        UNTIL,
+        Domain::Choice(&["lambda", "v_g"]),
+        Some(Value::Word("lambda")),
+        "what that interval is of: the decay length or the mean speed",
+    ),
     key("max_runs", UNTIL, Domain::Whole(between(1.0, 1e5)), Some(Value::Number(400.0)), "most seeds per grid point"),
 ];
 
@@ -107,6 +150,29 @@ impl Key {
         match self.unit {
             "" => format!("{} ({})", self.name, self.about),
             unit => format!("{} ({}, in {unit})", self.name, self.about),
+        }
+    }
+
+    /// "line tension, in g rho sigma^2 (model DP)".
+    pub(crate) fn meaning(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(", in {}", self.unit) };
+        match self.applies {
+            Applies::Always => format!("{}{unit}", self.about),
+            Applies::Model(name) => format!("{}{unit} (model {name})", self.about),
+            Applies::Scene(name) => format!("{}{unit} (scene {name})", self.about),
+        }
+    }
+
+    /// Its default in words: a value and what `auto` stands for, "must be given", or what it is another form of.
+    pub(crate) fn default_in_words(&self) -> String {
+        let auto = self.parameter.map_or("", |parameter| parameter.auto);
+        match (self.default, self.instead_of()) {
+            (_, Some(other)) => format!("none; give it or {other}"),
+            (Some(Value::Number(number)), _) => Short(number).to_string(),
+            (Some(Value::Word("auto")), _) if !auto.is_empty() => format!("auto: {auto}"),
+            (Some(Value::Word(word)), _) => word.to_owned(),
+            (None, _) if self.name == "about" => "empty".to_owned(),
+            (None, _) => "none; it must be given".to_owned(),
         }
     }
 

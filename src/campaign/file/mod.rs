@@ -2,7 +2,8 @@
 //!
 //! The text is walked once (`read`) against the table of `keys`. Its sections are then combined (`resolve`) into
 //! blocks, and the axes of each block multiplied (`product`) into [`Point`]s. All mistakes of a file are reported
-//! together, each with its place and what to write instead.
+//! together, each with its place and what to write instead. `schema` says the same of the keys in the words of a JSON
+//! Schema, for editors.
 //!
 //! ```
 //! let text = r#"
@@ -20,7 +21,7 @@
 //! assert_eq!((campaign.blocks[0].points.len(), campaign.n_jobs()), (6, 30));
 //! ```
 
-mod axis;
+pub(crate) mod axis;
 mod draft;
 mod grid;
 pub(crate) mod keys;
@@ -29,6 +30,7 @@ mod product;
 mod read;
 mod resolve;
 mod scalar;
+pub(crate) mod schema;
 mod section;
 mod spelling;
 
@@ -68,6 +70,8 @@ pub struct Block {
     pub seeds: Range<u64>,
     /// The integrator that was asked for; each point has a definite one.
     pub integrator: IntegratorChoice,
+    /// The keys that the file leaves to the campaign.
+    pub open: Vec<&'static str>,
     /// When seeds are added, and when no more; the range above is then that of the first round.
     pub until: Option<Until>,
     /// The tolerance that chose vertices and stepping of each point, if one was asked for.

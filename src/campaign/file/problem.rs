@@ -1,10 +1,11 @@
 //! What is wrong with a file that people write: every mistake with its place, and the text a person reads.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// One mistake in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,7 +56,7 @@ impl Problem {
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignErrors {
     /// The file could not be read.
-    #[error("cannot read the campaign file {}: {source}; check the path and its permissions", path.display())]
+    #[error("cannot read the campaign file {}: {source}; {}", path.display(), way_out(path, source))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -95,29 +96,74 @@ impl CampaignErrors {
         }
     }
 
-    /// The whole message with source lines, in colour if asked.
+    /// The message with source lines, in colour if asked; see [`Invalid::render`].
     pub fn render(&self, colour: bool) -> String {
         match self {
             Self::Invalid(invalid) => invalid.render(colour),
-            Self::Unreadable { .. } | Self::NotUtf8 { .. } => self.to_string(),
+            Self::Unreadable { .. } | Self::NotUtf8 { .. } => format!("error: {self}"),
         }
     }
 }
 
 impl Invalid {
-    /// Compiler-style messages, each under the line it speaks of.
+    /// Compiler-style messages, each under the line it speaks of: of one key the first few, and then how many more there
+    /// are.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
-        let messages = self.problems.iter().map(|problem| {
-            let place = AnnotationKind::Primary.span(problem.span.clone());
-            let source = Snippet::source(&self.text).path(&self.file).annotation(place);
-            let mut group = Level::ERROR.primary_title(problem.title()).element(source);
-            if let Some(help) = &problem.help {
-                group = group.element(Level::HELP.message(help));
+        let mut of_key: BTreeMap<Option<&str>, usize> = BTreeMap::new();
+        let mut messages: Vec<String> = Vec::new();
+        for problem in &self.problems {
+            let count = of_key.entry(problem.key.as_deref()).or_default();
+            if *count < SHOWN_OF_KEY && messages.len() < SHOWN {
+                messages.push(self.message(problem, &renderer));
+                *count += 1;
             }
-            renderer.render(&[group])
-        });
-        messages.collect::<Vec<_>>().join("\n\n")
+        }
+        messages.extend(self.hidden(&of_key));
+        messages.join("\n\n")
+    }
+
+    fn message(&self, problem: &Problem, renderer: &Renderer) -> String {
+        let place = AnnotationKind::Primary.span(problem.span.clone());
+        let source = Snippet::source(&self.text).path(&self.file).annotation(place);
+        let mut group = Level::ERROR.primary_title(problem.title()).element(source);
+        if let Some(help) = &problem.help {
+            group = group.element(Level::HELP.message(help));
+        }
+        renderer.render(&[group])
+    }
+
+    /// How many mistakes are not shown, and of which keys they are; `None` if all are shown.
+    fn hidden(&self, shown: &BTreeMap<Option<&str>, usize>) -> Option<String> {
+        let mut left: BTreeMap<Option<&str>, usize> = BTreeMap::new();
+        self.problems.iter().for_each(|problem| *left.entry(problem.key.as_deref()).or_default() += 1);
+        left.iter_mut().for_each(|(key, count)| *count -= shown.get(key).copied().unwrap_or_default());
+        let total: usize = left.values().sum();
+        let keys = left.iter().filter(|(_, count)| **count > 0);
+        let mut keys: Vec<String> =
+            keys.map(|(key, count)| format!("{} ({count})", key.unwrap_or("the form of the file"))).collect();
+        let more = keys.len().saturating_sub(KEYS_NAMED);
+        keys.truncate(KEYS_NAMED);
+        let others = if more > 0 { format!(" and {more} other keys") } else { String::new() };
+        (total > 0).then(|| format!("{total} more mistakes are not shown: {}{others}", keys.join(", ")))
+    }
+}
+
+/// Most mistakes of one key that are shown, most of all keys, and most keys whose hidden mistakes are counted one by one.
+const SHOWN_OF_KEY: usize = 5;
+const SHOWN: usize = 40;
+const KEYS_NAMED: usize = 5;
+
+/// What to do about a file that cannot be read.
+fn way_out(path: &Path, source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "name a file that is there, such as campaigns/quickstart.toml",
+        io::ErrorKind::PermissionDenied => "ask its owner for the right to read it, or copy it to where you may",
+        io::ErrorKind::IsADirectory if path.join("store.db").exists() => {
+            "this is a store: `meniscus status` shows it, and `run` takes the campaign file"
+        }
+        io::ErrorKind::IsADirectory => "name a file in this folder",
+        _ => "check the path and its permissions",
     }
 }
 
@@ -170,12 +216,10 @@ impl<'t> Problems<'t> {
     pub(crate) fn note(&mut self, span: &Range<usize>, mistake: impl Into<Mistake>) -> &mut Problem {
         let Mistake { message, help } = mistake.into();
         let start = floor_char_boundary(self.text, span.start);
-        let line_end = self.text[start..].find(['\r', '\n']).map_or(self.text.len(), |length| start + length);
-        let end = floor_char_boundary(self.text, span.end.clamp(start, line_end)).max(start);
-        let line = line_of(self.text.as_bytes(), start);
-        let line_start = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
-        let column = self.text[line_start..start].chars().count() + 1;
-        self.list.push_mut(Problem { line, column, key: None, message, help, span: start..end })
+        let end = floor_char_boundary(self.text, span.end.max(start)).max(start);
+        let end = self.text[start..end].find(['\r', '\n']).map_or(end, |length| start + length);
+        // `into_invalid` finds the lines and columns of all problems in one walk.
+        self.list.push_mut(Problem { line: 0, column: 0, key: None, message, help, span: start..end })
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -186,7 +230,22 @@ impl<'t> Problems<'t> {
     pub(crate) fn into_invalid(mut self, file: &str) -> Invalid {
         self.list.sort_by(|a, b| (a.span.start, &a.message).cmp(&(b.span.start, &b.message)));
         self.list.dedup();
+        self.place();
         Invalid { file: file.to_owned(), text: self.text.to_owned(), problems: self.list }
+    }
+}
+
+impl Problems<'_> {
+    /// Sets line and column of all problems, which stand in the order of the file.
+    fn place(&mut self) {
+        let (mut at, mut line, mut column) = (0, 1, 1);
+        for problem in &mut self.list {
+            for letter in self.text[at..problem.span.start].chars() {
+                (line, column) = if letter == '\n' { (line + 1, 1) } else { (line, column + 1) };
+            }
+            at = problem.span.start;
+            (problem.line, problem.column) = (line, column);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! out of every range.
 
 use crate::campaign::file::axis::axis;
-use crate::campaign::file::keys::{Home, Key, names, rows};
+use crate::campaign::file::keys::{Home, Key, TABLES, names, rows};
 use crate::campaign::file::problem::{Mistake, Problems};
 use crate::campaign::file::scalar::{allowed, does_not_fit, read, with_article};
 use crate::campaign::file::section::{Assignment, Given, Item, Section, Span};
@@ -18,12 +18,8 @@ impl Home {
     }
 
     /// The tables that may stand here.
-    fn tables(self) -> &'static [&'static str] {
-        match self {
-            Self::File => &["limits", "until", "grid", "block"],
-            Self::Block => &["limits", "until", "grid"],
-            Self::Limits | Self::Until | Self::Grid => &[],
-        }
+    fn tables(self) -> impl Iterator<Item = &'static str> + Clone {
+        TABLES.iter().filter(move |table| table.homes.contains(&self)).map(|table| table.name)
     }
 
     /// All names that may stand here, each once.
@@ -107,7 +103,7 @@ fn table_meant(
     problems: &mut Problems<'_>,
 ) -> Option<&'static str> {
     let name = key.get_ref().as_ref();
-    let tables = home.tables().iter().copied();
+    let tables = home.tables();
     if let Some(table) = tables.clone().find(|table| *table == name) {
         return Some(table);
     }

@@ -102,6 +102,7 @@ fn block(view: Inherited<'_>, jobs_left: &mut u64, problems: &mut Problems<'_>) 
         point_ids,
         seeds: first_seed..first_seed + runs,
         integrator: draft.integrator(),
+        open: draft.open(),
         until: draft.until(),
         tolerance: draft.tolerance(),
     })
@@ -176,6 +177,18 @@ fn one_form(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
 
 /// What stands under `until` needs the error that it is about.
 fn until_is_whole(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    if let (Some(error), Some(scene), true) = (view.get("relative_error"), view.word("scene"), wants_lambda(view))
+        && scene != "obstacles"
+    {
+        problems
+            .note(
+                &error.span,
+                format!("there is no decay length in scene {scene}, and the interval is to be of lambda"),
+            )
+            .key(&error.path)
+            .help("write estimate = \"v_g\" beside it, or leave it out");
+        return false;
+    }
     let idle = ["max_runs", "estimate"].into_iter().find_map(|name| view.get(name));
     let (None, Some(idle)) = (view.get("relative_error"), idle) else { return true };
     problems
@@ -183,6 +196,12 @@ fn until_is_whole(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
         .key(&idle.path)
         .help("write how narrow the interval has to be, like until = { relative_error = 0.1 }");
     false
+}
+
+/// Whether `until` is about the decay length.
+fn wants_lambda(view: Inherited<'_>) -> bool {
+    let is_none = view.word("relative_error") == Some("none");
+    !is_none && view.word("estimate").is_none_or(|estimate| estimate == "lambda")
 }
 
 /// What a tolerance chooses must not be given as well.

@@ -11,8 +11,8 @@ pub(super) fn read(rows: impl Iterator<Item = &'static Key> + Clone, value: &DeV
     match value {
         DeValue::String(text) => word(rows, text),
         DeValue::Integer(_) | DeValue::Float(_) => match number(value) {
-            Some(number) => within(rows, number).map(Value::Number),
-            None => Err(Mistake::new(format!("{} is not a finite number", written(value))).help(allowed(rows))),
+            Ok(number) => within(rows, number).map(Value::Number),
+            Err(mistake) => Err(mistake.help(allowed(rows))),
         },
         DeValue::Boolean(_) | DeValue::Datetime(_) | DeValue::Array(_) | DeValue::Table(_) => {
             Err(does_not_fit(value).help(allowed(rows)))
@@ -59,15 +59,30 @@ fn word(rows: impl Iterator<Item = &'static Key> + Clone, text: &str) -> Result<
     Err(Mistake::new(message).help(allowed(rows) + &meant.unwrap_or_default()))
 }
 
-/// The finite number a value holds.
-pub(super) fn number(value: &DeValue<'_>) -> Option<f64> {
-    let number: f64 = match value {
-        DeValue::Float(float) => float.as_str().parse().ok()?,
-        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok()?,
-        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
-        _ => return None,
+/// The finite number a value holds, to all its digits.
+pub(super) fn number(value: &DeValue<'_>) -> Result<f64, Mistake> {
+    let number: Option<f64> = match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) if integer.radix() == 10 => integer.as_str().parse().ok(),
+        DeValue::Integer(integer) => {
+            i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|integer| integer as f64)
+        }
+        other => return Err(does_not_fit(other)),
     };
-    number.is_finite().then_some(number)
+    let written = written(value);
+    match number.filter(|number| number.is_finite()) {
+        None => Err(Mistake::new(format!("{written} is not a finite number"))),
+        Some(number) if underflows(number, written) => {
+            Err(Mistake::new(format!("{written} is too near to 0 to be held with all its digits (below 2.3e-308)")))
+        }
+        Some(number) => Ok(number),
+    }
+}
+
+/// Whether digits of a number are lost because it is so near to zero.
+fn underflows(number: f64, written: &str) -> bool {
+    let mut digits = written.split(['e', 'E']).next().unwrap_or_default().chars();
+    number.abs() < f64::MIN_POSITIVE && digits.any(|digit| ('1'..='9').contains(&digit))
 }
 
 /// "a boolean does not fit here".

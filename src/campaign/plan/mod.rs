@@ -7,6 +7,8 @@
 mod cost;
 mod effects;
 mod integrators;
+mod rounds;
+mod switches;
 mod text;
 mod tolerance;
 
@@ -15,11 +17,13 @@ mod tests;
 
 pub use cost::{Cost, Speed};
 pub use effects::Effect;
+pub use rounds::Rounds;
+pub use switches::Switch;
 pub use text::Ends;
 
 use crate::campaign::file::{Block, Campaign};
 use crate::campaign::parallel::in_parallel;
-use crate::parameters::{Job, JobId, JobState, Point};
+use crate::parameters::{Job, JobId, JobState, Point, Value, list};
 use crate::physics::simulate::stability::StabilityLimit;
 use rayon::prelude::*;
 
@@ -113,6 +117,13 @@ pub struct BlockPlan {
     pub integrators: Vec<Chosen>,
     /// What acts on the droplet, what does not, and why.
     pub effects: Vec<Effect>,
+    /// Smallest and largest of each limit and measure that ends a run or that runs are made in; `None` where the file
+    /// says "none" at all points.
+    pub ends: Vec<(&'static str, Option<Ends>)>,
+    /// Where on the grid the campaign chooses otherwise.
+    pub switches: Vec<Switch>,
+    /// The rounds of `until`.
+    pub rounds: Option<Rounds>,
     /// The expected cost of its jobs to run.
     pub cost: Cost,
 }
@@ -175,7 +186,7 @@ fn arranged(campaign: &Campaign, known: &KnownJobs, speed: &Speed) -> Plan {
     };
     let jobs = candidates.par_iter().map(planned).collect();
     let blocks =
-        blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost));
+        blocks.iter().zip(counts).zip(costs).filter_map(|((block, counts), cost)| describe(block, counts, cost, speed));
     Plan { campaign: campaign.name.clone(), blocks: blocks.collect(), jobs }
 }
 
@@ -215,7 +226,7 @@ fn tally(counts: &mut Counts, state: Option<JobState>) -> bool {
 }
 
 /// The plan of a block; `None` if it has no points, which a valid campaign rules out.
-fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
+fn describe(block: &Block, counts: Counts, cost: Cost, speed: &Speed) -> Option<BlockPlan> {
     let first: &Point = block.points.first()?;
     let limits: Vec<StabilityLimit> = block.points.par_iter().map(|point| StabilityLimit::of(point)).collect();
     let tightest = limits.iter().min_by(|a, b| a.dt_max.total_cmp(&b.dt_max))?;
@@ -234,6 +245,21 @@ fn describe(block: &Block, counts: Counts, cost: Cost) -> Option<BlockPlan> {
             None => integrators::of(block, &limits),
         },
         effects: effects::of(&block.points),
+        ends: ENDS.iter().filter_map(|name| Some((*name, ends_of(block, name)?))).collect(),
+        switches: switches::of(block),
+        rounds: Rounds::of(block, speed),
         cost,
     })
+}
+
+/// What ends runs, and the box that they are in, in the order in which a plan names them.
+const ENDS: [&str; 5] = ["t_max", "distance", "h_end", "ek_threshold", "box_size"];
+
+/// The smallest and the largest value of a parameter in a block: `None` inside where it is "none" at some points, and
+/// `None` where it means nothing.
+fn ends_of(block: &Block, name: &str) -> Option<Option<Ends>> {
+    let values: Vec<Value> = block.points.iter().filter_map(|point| list::value(point, name)).collect();
+    let numbers: Vec<f64> = values.iter().filter_map(|value| value.number()).collect();
+    let all_numbers = numbers.len() == values.len();
+    (!values.is_empty()).then(|| all_numbers.then(|| Ends::of(numbers.into_iter())))
 }

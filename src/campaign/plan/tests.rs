@@ -189,3 +189,40 @@ fn known_jobs_may_come_in_any_order() {
     done.push(done[0]);
     assert!(plan(&campaign, &KnownJobs::new(done), &SPEED).jobs.is_empty());
 }
+
+#[test]
+fn a_plan_names_the_limits_the_box_and_every_switch_inside_a_grid() {
+    let text = fresh(&campaign(
+        "model = \"DP\"\nw_ob = 0.2\nbox_size = 60.0\nruns_per_point = 2\nlimits = { t_max = 5e4, distance = 30.0 }
+         grid = { gamma = [0.05, 0.1, 0.3, 1.0], v_t = [0.01, 0.03] }",
+    ))
+    .render(2);
+    let limits = "  limits   t_max = 5e4, distance = 30, ek_threshold = 1e-17, box_size = 60\n";
+    assert!(text.contains(limits), "{text}");
+    let kappa = text.lines().find(|line| line.starts_with("  switch   kappa = ")).unwrap_or_else(|| panic!("{text}"));
+    assert!(kappa.contains("0.318 at gamma = 0.05 .. 0.1") && kappa.contains("0.001 at gamma = 0.3 .. 1"), "{kappa}");
+    assert!(!kappa.contains("v_t"), "what does not tell the places apart is not named: {kappa}");
+    assert!(
+        text.contains("  switch   integrator = verlet at gamma = 0.05 .. 0.1; implicit at gamma = 0.3 .. 1"),
+        "{text}"
+    );
+    let fixed = fresh(&campaign(
+        "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 2\nintegrator = \"verlet\"\ngrid = { gamma = [0.05, 1.0], kappa = [0.1, 0.2] }",
+    ));
+    assert!(!fixed.render(2).contains("switch"), "what the file gives is no switch");
+    assert!(fixed.render(2).contains("distance = none"));
+}
+
+#[test]
+fn a_plan_tells_the_rounds_of_until_and_their_largest_cost() {
+    let text = |max_runs: u64, estimate: &str| {
+        let until = format!("until = {{ relative_error = 0.1, max_runs = {max_runs}, estimate = \"{estimate}\" }}");
+        let body = format!("model = \"SP\"\nw_ob = 0.2\nruns_per_point = 10\n{until}\ngrid = {{ e_w = [1.0, 2.0] }}");
+        fresh(&campaign(&body)).render(2)
+    };
+    // 2e5 t0 in steps of 0.001, at 50 ns a step, are 10 s a job.
+    let rounds = "rounds   10, 20, 40, ... up to 400 runs a point, until half of the interval of lambda is 10% of it; \
+                  at most 2 h 13 min of CPU in all";
+    assert!(text(400, "lambda").contains(rounds), "{}", text(400, "lambda"));
+    assert!(text(20, "v_g").contains("rounds   10, ... up to 20 runs a point, until half of the interval of v_g"));
+}

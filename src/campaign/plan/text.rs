@@ -1,7 +1,7 @@
 //! A plan as a physicist reads it.
 
 use crate::campaign::durations::written_s;
-use crate::campaign::plan::{BlockPlan, Cost, Plan};
+use crate::campaign::plan::{BlockPlan, Cost, Plan, Switch};
 use crate::parameters::{Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
@@ -45,6 +45,7 @@ impl BlockPlan {
         writeln!(out, "  jobs     {}", self.counts_text())?;
         let (dt, limit) = (self.dt.cut(), self.dt_limit.cut());
         writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
+        writeln!(out, "  limits   {}", self.ends_text())?;
         for chosen in &self.integrators {
             let at = match chosen.points {
                 all if all == self.points => String::new(),
@@ -57,7 +58,21 @@ impl BlockPlan {
             let texts: Vec<_> = effects.map(|effect| format!("{} ({})", effect.name, effect.why)).collect();
             writeln!(out, "  {label:<8} {}", texts.join(", "))?;
         }
+        for Switch { name, places } in &self.switches {
+            writeln!(out, "  switch   {name} = {places}")?;
+        }
+        if let Some(rounds) = &self.rounds {
+            writeln!(out, "  rounds   {rounds}")?;
+        }
         writeln!(out, "  cost     {}", CostText(self.cost, threads))
+    }
+
+    fn ends_text(&self) -> String {
+        let text = |(name, ends): &(&str, Option<Ends>)| match ends {
+            Some(ends) => format!("{name} = {ends}"),
+            None => format!("{name} = none"),
+        };
+        self.ends.iter().map(text).collect::<Vec<_>>().join(", ")
     }
 
     fn counts_text(&self) -> String {

@@ -36,5 +36,6 @@ pub(super) fn front(front: &ParetoFront) -> TextTable {
         headers,
         rows: front.spots.iter().map(row).collect(),
         names: 0,
+        keys: 3,
     }
 }

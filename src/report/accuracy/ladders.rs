@@ -45,7 +45,7 @@ pub(super) fn ladder(ladder: &Ladder) -> TextTable {
     }
     let statistical = |column: &Column| ladder.reference()?.statistical(column.observable);
     line("stat.", &|column| statistical(column).map(|error| significant(error, 2)));
-    TextTable { title: format!("{}, {}", ladder.scene.name(), varied(ladder)), headers, rows, names: 0 }
+    TextTable { title: format!("{}, {}", ladder.scene.name(), varied(ladder)), headers, rows, names: 0, keys: 1 }
 }
 
 fn knob_header(knob: Knob) -> &'static str {

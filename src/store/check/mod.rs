@@ -27,7 +27,7 @@ mod rescue;
 mod rows;
 
 use crate::store::error::StoreError;
-use crate::store::folders::{database as database_of, files_in, samples_dir};
+use crate::store::folders::{database as database_of, files_in, refuse_no_folder, samples_dir};
 use crate::store::write::{Store, orphans};
 use crate::store::{lock, quarantine, read, schema, seal};
 use rusqlite::Connection;
@@ -163,6 +163,7 @@ pub fn repair(dir: &Path) -> Result<CheckReport, StoreError> {
 
 /// Refuses a folder that never was a store.
 fn is_store(dir: &Path) -> Result<(), StoreError> {
+    refuse_no_folder(dir)?;
     let was = database_of(dir).exists() || seal::path(dir).exists() || !files_in(&samples_dir(dir))?.is_empty();
     if was { Ok(()) } else { Err(StoreError::Missing(dir.to_owned())) }
 }

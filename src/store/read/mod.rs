@@ -39,10 +39,11 @@ pub(super) mod rows;
 mod sample_reader;
 mod samples_table;
 pub(super) mod status;
+pub(super) mod twins;
 
 use crate::parameters::Point;
 use crate::store::error::StoreError;
-use crate::store::folders::database;
+use crate::store::folders::{database, refuse_no_folder};
 use crate::store::schema;
 use rusqlite::Connection;
 use rusqlite::config::DbConfig;
@@ -60,6 +61,7 @@ pub(super) const BUSY_TIMEOUT: Duration = Duration::from_secs(30);
 /// [`StoreError::Newer`], [`StoreError::Older`] or [`StoreError::Foreign`]; else what SQLite reports.
 pub fn open_reading(dir: &Path) -> Result<Option<Connection>, StoreError> {
     if !database(dir).exists() {
+        refuse_no_folder(dir)?;
         return Ok(None);
     }
     let conn = connect(dir)?;

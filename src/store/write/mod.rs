@@ -30,7 +30,7 @@ pub(super) mod writer;
 use crate::parameters::PHYSICS_VERSION;
 use crate::results::trajectory::FailureClass;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, aside_dir, database, samples_dir};
+use crate::store::folders::{Folders, aside_dir, database, refuse_no_folder, samples_dir};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
 use crate::store::schema::{self, birth};
 use crate::store::{disk, lock, quarantine, seal};
@@ -61,6 +61,7 @@ impl Store {
     /// program wrote it, [`StoreError::NetworkFileSystem`] where SQLite's log is unsafe; else what SQLite or the system
     /// report.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
+        refuse_no_folder(dir)?;
         lock::refuse_network(dir)?;
         disk::create_folder(dir)?;
         let lock = lock::take(dir)?;

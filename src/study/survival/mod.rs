@@ -27,12 +27,26 @@ pub mod goodness;
 pub mod kaplan_meier;
 pub mod least_squares;
 
+use crate::parameters::Scene;
 use crate::results::fits::{LambdaFit, PointRuns};
 use crate::study::survival::decay_length::{DecayLength, Lifetimes};
 
-/// The decay length of one point, in sigma, by every estimator.
+/// The decay length of one point, in sigma, by every estimator. Elsewhere than in an array of obstacles there is one place
+/// to clog at, and no decay length.
 pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
     let lifetimes = Lifetimes::of_runs(&point.runs);
+    if !matches!(point.point.scene, Scene::Obstacles(_)) {
+        return LambdaFit {
+            runs: lifetimes.len() as u32,
+            clogs: lifetimes.clogs() as u32,
+            lambda: None,
+            lambda_low: None,
+            lambda_high: None,
+            lambda_least_squares: None,
+            p_exponential: None,
+            runs_for_ten_percent: None,
+        };
+    }
     let (lambda, lambda_low, lambda_high) = match decay_length::maximum_likelihood(&lifetimes) {
         DecayLength::Measured { lambda, low, high } => (Some(lambda), Some(low), Some(high)),
         DecayLength::Above(low) => (None, Some(low), None),
