@@ -1,5 +1,5 @@
-//! What each column means: its type, its unit, a line about it. The files of samples, exported tables and their manifest
-//! say it to those who read them with other programs.
+//! What each column means: its type, its unit, a line about it. The files of samples, exported tables and their
+//! manifest say it to those who read them with other programs.
 //!
 //! Parameters are columns too; what they mean stands in the list of parameters.
 
@@ -83,7 +83,7 @@ const COLUMNS: &[Row] = &[
 
     ("shapes", "t", Number, "t0", "time"),
     ("shapes", "vertices", Bytes, "sigma", "f64, little-endian: x of all vertices, then y of all; unwrapped"),
-    ("shapes", "loads", Text, "", "JSON: the loads of the obstacles, where they act, and by how much the surface turns"),
+    ("shapes", "loads", Text, "", "JSON: the loads of obstacles, where they act, how far the surface turns"),
     ("outline", "t", Number, "t0", "time"),
     ("outline", "vertex", Whole, "", "number of the vertex, counter-clockwise from 0; SP has one"),
     ("outline", "x", Number, "sigma", "x of the vertex, unwrapped"),
