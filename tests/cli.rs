@@ -45,7 +45,7 @@ fn a_store_of_an_earlier_schema_is_upgraded_by_what_the_refusal_to_read_it_names
     }
     let sql = "select count(*), count(point_id), count(block) from all_runs";
     let refusal = expect(1, dir, &["query", "old.meniscus", sql]).stderr;
-    assert!(String::from_utf8_lossy(&refusal).contains("`meniscus fit` upgrades it"));
+    assert!(String::from_utf8_lossy(&refusal).contains("`meniscus fit old.meniscus` upgrades it"));
     expect(0, dir, &["fit", "old.meniscus"]);
     assert!(ask(dir, "old.meniscus", sql).ends_with("\n12,12,12\n"));
     assert!(dir.join("old.meniscus/store.db.schema-4").exists());

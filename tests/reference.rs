@@ -1,5 +1,5 @@
 //! What people, shells, `man` and editors read about the program: each is tried with what reads it.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(clippy::unwrap_used, clippy::print_stderr, reason = "helpers of tests are tests too")]
 
 mod common;
 

@@ -86,6 +86,7 @@ impl Store {
     /// # Errors
     /// [`StoreError::Missing`] where there is none, and as [`open`](Self::open).
     pub fn open_existing(dir: &Path) -> Result<Self, StoreError> {
+        refuse_no_folder(dir)?;
         if database(dir).exists() { Self::open(dir) } else { Err(StoreError::Missing(dir.to_owned())) }
     }
 

@@ -11,13 +11,14 @@
 //! Of three droplets two clog, after 1 and 3 sigma, and the third is cut off at 8. So lambda is (1 + 3 + 8)/2:
 //!
 //! ```
-//! use meniscus::parameters::{Model, Point, Scene, Soft};
+//! use meniscus::parameters::{Density, Model, ObstacleField, Point, Scene, Soft};
 //! use meniscus::results::{fits::{FinishedRun, PointRuns}, trajectory::Outcome};
 //! use meniscus::study::survival::lambda_fit;
 //!
 //! let run = |seed, outcome, r_end| FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean: None, mechanism: None };
 //! let runs = vec![run(0, Outcome::Clogged, 1.0), run(1, Outcome::Clogged, 3.0), run(2, Outcome::Distance, 8.0)];
-//! let point = Point::new(Model::Soft(Soft { e_w: 10.0 }), Scene::Plate);
+//! let array = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 60.0 };
+//! let point = Point::new(Model::Soft(Soft { e_w: 10.0 }), Scene::Obstacles(array));
 //! let fit = lambda_fit(&PointRuns { point_id: point.id(), point, runs });
 //! assert_eq!((fit.runs, fit.clogs, fit.lambda), (3, 2, Some(6.0)));
 //! ```
