@@ -7,6 +7,7 @@ use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::read::corrupt;
 use crate::store::read::format::{Format, Sink};
+use crate::store::read::opening::still_unchanged;
 use crate::store::read::outlines::outline;
 use crate::store::read::parquet_rows::{AnswerColumn, columns_of};
 use crate::store::read::query::{QueryError, connection, explain, pour};
@@ -62,6 +63,7 @@ pub fn export(dir: &Path, out: &Path, format: Format) -> Result<Vec<ExportedFile
         export.table(table, sql)?;
     }
     export.outlines()?;
+    still_unchanged(&export.conn, dir)?;
     export.finish(head)
 }
 

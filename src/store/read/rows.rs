@@ -3,7 +3,7 @@
 use crate::results::fits::{LambdaFit, SpeedAverage};
 use crate::store::read::format::{Format, Sink};
 use crate::store::read::parquet_rows::AnswerColumn;
-use crate::store::schema::points;
+use crate::store::schema::{columns, points};
 use crate::study::fits::FittedPoint;
 use rusqlite::types::{Value, ValueRef};
 use std::io::{Result, Write};
@@ -21,7 +21,10 @@ pub(crate) fn write_rows(
     format: Format,
     out: &mut dyn Write,
 ) -> Result<()> {
-    let columns = names.iter().map(|&name| AnswerColumn { name: name.to_owned(), kind: None }).collect();
+    // Columns of fits have the types of the views; what is unknown there, the rows decide.
+    let known = |name: &str| columns::column("lambda_fits", name).or_else(|| columns::column("speed_averages", name));
+    let column = |&name: &&str| AnswerColumn { name: name.to_owned(), kind: known(name).map(|column| column.kind) };
+    let columns = names.iter().map(column).collect();
     let mut sink = Sink::begin(format, columns, Vec::new(), out)?;
     for row in rows {
         let values: Vec<ValueRef<'_>> = row.iter().map(ValueRef::from).collect();
