@@ -21,7 +21,7 @@ mod status;
 mod talk;
 
 use crate::store;
-use clap::{Parser, Subcommand};
+use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -85,7 +85,7 @@ enum Command {
 
 /// Reads the command line, does what it asks for, and says how it went.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = parse();
     talk::log_to_stderr(cli.quiet, cli.verbose);
     match cli.run() {
         Ok(exit) => exit.into(),
@@ -94,6 +94,12 @@ pub fn main() -> ExitCode {
             Exit::Error.into()
         }
     }
+}
+
+/// Reads the command line. What clap says of it has no colour where nothing else has.
+fn parse() -> Cli {
+    let colour = if talk::colour() { ColorChoice::Auto } else { ColorChoice::Never };
+    Cli::from_arg_matches(&Cli::command().color(colour).get_matches()).unwrap_or_else(|error| error.exit())
 }
 
 impl Cli {

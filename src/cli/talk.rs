@@ -88,7 +88,7 @@ pub(super) fn is_watched() -> bool {
 }
 
 /// Whether stderr wants colour.
-fn colour() -> bool {
+pub(super) fn colour() -> bool {
     is_watched() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
