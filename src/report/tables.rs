@@ -210,13 +210,18 @@ fn tables(
         TextTable { title, headers, rows, names: 0, keys }.text()
     };
     let tables: Vec<String> = kinds.iter().map(table).collect();
-    format!("{}{}{}", tables.join("\n"), names_note(&varying), notes(points))
+    format!("{}{}{}", tables.join("\n"), names_note(&varying, points), notes(points))
 }
 
 /// What the columns of parameters mean, and where to ask for the parameters in the titles.
-fn names_note(varying: &BTreeSet<&str>) -> String {
+fn names_note(varying: &BTreeSet<&str>, points: &[&FittedPoint]) -> String {
     let mut note = String::new();
-    let rows = PARAMETERS.iter().filter(|parameter| varying.contains(parameter.name));
+    // `e_w` has a row for each model, and may vary for one of them only.
+    let varies = |parameter: &Parameter| {
+        let mut values = points.iter().filter_map(|row| parameter.get(&row.point.point));
+        values.next().is_some_and(|first| values.any(|value| value != first))
+    };
+    let rows = PARAMETERS.iter().filter(|parameter| varying.contains(parameter.name) && varies(parameter));
     for Parameter { name, about, unit, .. } in rows {
         let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
         let saturated = if *name == "density" { "; saturated: until no more fit" } else { "" };
