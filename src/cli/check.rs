@@ -3,7 +3,7 @@
 use crate::cli::output::deliver;
 use crate::cli::talk::{say, typed};
 use crate::cli::{CommandResult, Exit, store_here};
-use crate::store::{CheckReport, Finding, Format, Value, check, repair, write_rows};
+use crate::store::{CheckReport, ColumnKind, Finding, Format, Value, check, repair, write_rows};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ impl Arguments {
         let report = if self.repair { repair(&dir)? } else { check(&dir)? };
         deliver(self.format, None, |out: &mut dyn Write| match self.format {
             Format::Table => out.write_all(described(&report).as_bytes()),
-            format => write_rows(&["file", "problem", "cure"], report.findings.iter().map(row), format, out),
+            format => write_rows(&COLUMNS, report.findings.iter().map(row), format, out),
         })?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
         notes.iter().for_each(|note| say(format!("note: {note}")));
@@ -48,6 +48,9 @@ fn described(report: &CheckReport) -> String {
     let line = |finding: &Finding| format!("{}: {}\n    {}\n", finding.file.display(), finding.problem, finding.cure);
     report.findings.iter().map(line).collect()
 }
+
+const COLUMNS: [(&str, ColumnKind); 3] =
+    [("file", ColumnKind::Text), ("problem", ColumnKind::Text), ("cure", ColumnKind::Text)];
 
 fn row(finding: &Finding) -> Vec<Value> {
     vec![finding.file.display().to_string().into(), finding.problem.clone().into(), finding.cure.clone().into()]

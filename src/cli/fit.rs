@@ -74,7 +74,7 @@ pub(super) fn fit(
     drop(store);
     fits.retain(|fit| wanted(fit.point.point_id));
     if fits.is_empty() && !quiet {
-        say("no run is finished yet, so there is nothing to fit".to_owned());
+        say("no run is finished yet, so there is nothing to fit");
     }
     let exit = show(&fits)?;
     if let Some(error) = unsaved.filter(|_| !quiet) {

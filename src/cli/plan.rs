@@ -6,6 +6,7 @@ use crate::cli::output::deliver;
 use crate::cli::{CommandResult, store_of};
 use crate::execute::{self, Options};
 use crate::report::text_table;
+use crate::store::ColumnKind::{self, Number, Text, Whole};
 use crate::store::{Format, Value, write_rows};
 use std::io::Write;
 use std::path::PathBuf;
@@ -42,26 +43,26 @@ impl Arguments {
     }
 }
 
-const COLUMNS: [&str; 19] = [
-    "block",
-    "model",
-    "scene",
-    "points",
-    "runs_per_point",
-    "new",
-    "pending",
-    "running",
-    "done",
-    "failed",
-    "shared",
-    "dt_min",
-    "dt_max",
-    "dt_limit_min",
-    "dt_limit_max",
-    "cpu_s",
-    "longest_s",
-    "wall_s",
-    "cost_by_distance",
+const COLUMNS: [(&str, ColumnKind); 19] = [
+    ("block", Text),
+    ("model", Text),
+    ("scene", Text),
+    ("points", Whole),
+    ("runs_per_point", Whole),
+    ("new", Whole),
+    ("pending", Whole),
+    ("running", Whole),
+    ("done", Whole),
+    ("failed", Whole),
+    ("shared", Whole),
+    ("dt_min", Number),
+    ("dt_max", Number),
+    ("dt_limit_min", Number),
+    ("dt_limit_max", Number),
+    ("cpu_s", Number),
+    ("longest_s", Number),
+    ("wall_s", Number),
+    ("cost_by_distance", Whole),
 ];
 
 /// The values of [`COLUMNS`]; times in t0, costs in seconds.

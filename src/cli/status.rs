@@ -7,7 +7,7 @@ use crate::execute::Progress;
 use crate::execute::machine_speed;
 use crate::physics::simd;
 use crate::store::{
-    CampaignCounts, Format, LastRun, RunProgress, StateCounts, Status, Value, last_run, status, write_rows,
+    CampaignCounts, ColumnKind, Format, LastRun, RunProgress, StateCounts, Status, Value, last_run, status, write_rows,
 };
 use std::io::Write;
 use std::path::PathBuf;
@@ -56,7 +56,14 @@ impl Arguments {
     }
 }
 
-const COLUMNS: [&str; 6] = ["campaign", "jobs", "pending", "running", "done", "failed"];
+const COLUMNS: [(&str, ColumnKind); 6] = [
+    ("campaign", ColumnKind::Text),
+    ("jobs", ColumnKind::Whole),
+    ("pending", ColumnKind::Whole),
+    ("running", ColumnKind::Whole),
+    ("done", ColumnKind::Whole),
+    ("failed", ColumnKind::Whole),
+];
 
 /// The values of [`COLUMNS`].
 fn row(campaign: &CampaignCounts) -> Vec<Value> {

@@ -103,6 +103,7 @@ pub(crate) use read::records::{Origins, origins, records};
 pub(crate) use read::rows::{write_fits, write_rows};
 pub use read::status::{CampaignCounts, FailureCount, RunProgress, StateCounts, Status, status};
 pub use read::twins::{Twin, twins};
+pub(crate) use schema::columns::Kind as ColumnKind;
 pub(crate) use typed::typed;
 pub use write::Store;
 pub use write::fits::save_fits;

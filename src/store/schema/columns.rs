@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 /// The type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::store) enum Kind {
+pub(crate) enum Kind {
     Text,
     Whole,
     Number,
