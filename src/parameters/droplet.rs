@@ -1,7 +1,7 @@
 //! The two models of a droplet and their parameters.
 
 use crate::parameters::point::is_default;
-use crate::parameters::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness, regular_edge};
+use crate::parameters::{ContactKind, Dynamics, Engulfed, GravityForm, SelfContact, WallStiffness, regular_edge};
 use serde::{Deserialize, Serialize};
 
 /// The two droplet models.
@@ -50,6 +50,9 @@ pub struct Deformable {
     /// What happens when an obstacle comes to lie inside the ring.
     #[serde(default, skip_serializing_if = "is_default")]
     pub engulfed: Engulfed,
+    /// The laws by which it moves.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub dynamics: Dynamics,
 }
 
 impl Model {
@@ -83,6 +86,7 @@ impl Deformable {
             gravity: GravityForm::default(),
             self_contact: SelfContact::default(),
             engulfed: Engulfed::default(),
+            dynamics: Dynamics::default(),
         }
     }
 

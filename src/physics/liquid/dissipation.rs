@@ -1,0 +1,147 @@
+//! The dissipation of the liquid, as a quadratic form of the velocities of the vertices.
+//!
+//! Friction at the plates of the cell makes the liquid obey Darcy's law, and dissipates `(b_inf/2 a0) int |u|^2` over the
+//! droplet. An incompressible flow is the sum of the velocity V of the centroid and of a flow without first moment:
+//!
+//! ```text
+//! int |u|^2 = a |V|^2 + w^T Q w,   w_e = n_e . (v_i + v_{i+1})/2 - n_e . V
+//! ```
+//!
+//! with the normal velocities w of the edges relative to the centroid, and Q of
+//! [`interior`](crate::physics::liquid::interior). So a body that moves rigidly feels exactly `b_inf V`, whatever its
+//! shape.
+
+use crate::physics::liquid::interior::Interior;
+use crate::physics::liquid::polygon::{Edges, following, preceding};
+use crate::physics::liquid::potential::Evaluation;
+use crate::physics::simd::padded;
+
+/// The quadratic form at one shape.
+#[derive(Debug)]
+pub(crate) struct Dissipation {
+    interior: Interior,
+    edges: Edges,
+    /// Gradient of the centroid by the vertices: x and y of each.
+    x_gradient: Vec<f64>,
+    y_gradient: Vec<f64>,
+    area: f64,
+    /// `b_inf/a0`.
+    friction: f64,
+    flow: Vec<f64>,
+    pressure: Vec<f64>,
+}
+
+impl Dissipation {
+    /// For `n` edges and the friction `b_inf/a0`.
+    pub(crate) fn new(n: usize, friction: f64) -> Self {
+        Self {
+            interior: Interior::new(n),
+            edges: Edges::default(),
+            x_gradient: Vec::new(),
+            y_gradient: Vec::new(),
+            area: 0.0,
+            friction,
+            flow: vec![0.0; padded(n)],
+            pressure: vec![0.0; padded(n)],
+        }
+    }
+
+    /// Takes over the shape of `at`, whose vertices are `x`, `y`. False if the flow in it cannot be computed.
+    pub(crate) fn take(&mut self, x: &[f64], y: &[f64], at: &Evaluation) -> bool {
+        self.edges.clone_from(&at.edges);
+        self.x_gradient.clone_from(&at.x_gradient);
+        self.y_gradient.clone_from(&at.y_gradient);
+        self.area = at.area;
+        self.interior.assemble(x, y)
+    }
+
+    /// The velocity of the centroid for velocities `v` of the vertices.
+    pub(crate) fn centroid_velocity(&self, v: &[f64]) -> [f64; 2] {
+        let dot = |gradient: &[f64]| gradient.iter().zip(v).map(|(a, b)| a * b).sum();
+        [dot(&self.x_gradient), dot(&self.y_gradient)]
+    }
+
+    /// Sets `out` to the drag `B v`, and returns `int |u|^2`.
+    pub(crate) fn drag(&mut self, v: &[f64], out: &mut [f64]) -> f64 {
+        let n = self.edges.length.len();
+        let [cx, cy] = self.centroid_velocity(v);
+        for e in 0..n {
+            let j = following(e, n);
+            let (vx, vy) = (0.5 * (v[2 * e] + v[2 * j]) - cx, 0.5 * (v[2 * e + 1] + v[2 * j + 1]) - cy);
+            self.flow[e] = self.edges.nx[e] * vx + self.edges.ny[e] * vy;
+        }
+        let mut squares = self.area * (cx * cx + cy * cy);
+        for e in 0..n {
+            let row = self.interior.row(e);
+            self.pressure[e] = (0..n).map(|k| row[k] * self.flow[k]).sum();
+            squares += self.flow[e] * self.pressure[e];
+        }
+        let (mut px, mut py) = (0.0, 0.0);
+        for e in 0..n {
+            px += self.edges.nx[e] * self.pressure[e];
+            py += self.edges.ny[e] * self.pressure[e];
+        }
+        let (along_x, along_y) = (self.area * cx - px, self.area * cy - py);
+        for i in 0..n {
+            let k = preceding(i, n);
+            let half = |normal: &[f64]| 0.5 * (normal[i] * self.pressure[i] + normal[k] * self.pressure[k]);
+            for (c, normal) in [(0, &self.edges.nx), (1, &self.edges.ny)] {
+                let at = 2 * i + c;
+                let shift = self.x_gradient[at] * along_x + self.y_gradient[at] * along_y;
+                out[at] = self.friction * (half(normal) + shift);
+            }
+        }
+        squares
+    }
+
+    /// Fills `full`, of `2 n` rows of `width` numbers, with the matrix B in the space of vertices.
+    ///
+    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W + a
+    /// (g_x g_x^T + g_y g_y^T))`, written out as `D^T Q D` and terms of low rank.
+    pub(crate) fn fill(&self, full: &mut [f64], width: usize) {
+        let n = self.edges.length.len();
+        let (nx, ny) = (&self.edges.nx, &self.edges.ny);
+        // Q n_x, Q n_y and the numbers n^T Q n.
+        let times = |normal: &[f64]| -> Vec<f64> {
+            (0..n).map(|e| (0..n).map(|k| self.interior.row(e)[k] * normal[k]).sum()).collect()
+        };
+        let q = [times(nx), times(ny)];
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let cross = [[dot(nx, &q[0]), dot(nx, &q[1])], [dot(ny, &q[0]), dot(ny, &q[1])]];
+        // D^T Q n for both directions.
+        let spread = |pressure: &[f64], at: usize| {
+            let (i, normal) = (at / 2, if at % 2 == 0 { nx } else { ny });
+            let k = preceding(i, n);
+            0.5 * (normal[i] * pressure[i] + normal[k] * pressure[k])
+        };
+        let s: [Vec<f64>; 2] = [0, 1].map(|d| (0..2 * n).map(|at| spread(&q[d], at)).collect());
+        let g = [&self.x_gradient, &self.y_gradient];
+        for i in 0..n {
+            let k = preceding(i, n);
+            for j in 0..n {
+                let l = preceding(j, n);
+                let (row_i, row_k) = (self.interior.row(i), self.interior.row(k));
+                for (a, normal_a) in [(0, nx), (1, ny)] {
+                    let upper = [normal_a[i] * row_i[j] + normal_a[k] * row_k[j], normal_a[i] * row_i[l] + normal_a[k] * row_k[l]];
+                    for (b, normal_b) in [(0, nx), (1, ny)] {
+                        full[(2 * i + a) * width + 2 * j + b] =
+                            0.25 * (upper[0] * normal_b[j] + upper[1] * normal_b[l]);
+                    }
+                }
+            }
+        }
+        for r in 0..2 * n {
+            for c in 0..2 * n {
+                let mut sum = full[r * width + c];
+                for d in 0..2 {
+                    sum -= g[d][r] * s[d][c] + s[d][r] * g[d][c];
+                    for (e, row) in cross[d].iter().enumerate() {
+                        sum += g[d][r] * row * g[e][c];
+                    }
+                    sum += self.area * g[d][r] * g[d][c];
+                }
+                full[r * width + c] = self.friction * sum;
+            }
+        }
+    }
+}
