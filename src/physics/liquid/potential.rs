@@ -13,7 +13,7 @@
 use crate::physics::liquid::curvature::Curvature;
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
-use crate::physics::liquid::self_contact::SelfContact;
+use crate::physics::liquid::self_contact::{Pair, SelfContact};
 use crate::physics::liquid::taut::{Load, Taut};
 use crate::physics::walls::wall::{Obstacle, Walls};
 use std::sync::Arc;
@@ -65,6 +65,8 @@ pub(crate) struct Evaluation {
     pub(crate) overlap: f64,
     pub(crate) edges: Edges,
     pub(crate) strings: Vec<Taut>,
+    /// Where a film of liquid is closing, if one is.
+    pub(crate) closing: Option<[f64; 2]>,
     /// Numbers of the obstacles that push, in rising order.
     pub(crate) touched: Vec<u32>,
 }
@@ -84,6 +86,7 @@ impl<W: Walls> Potential<W> {
         }
         out.curvature.clear(shape.len());
         out.touched.clear();
+        out.closing = None;
         out.overlap = 0.0;
         let load = self.balance(shape, nearby, out);
         self.add_liquid(shape, &load, out);
@@ -216,7 +219,14 @@ impl<W: Walls> Potential<W> {
     fn add_folds(&self, shape: &Polygon, nearby: &Nearby<W::Obstacle>, out: &mut Evaluation) {
         let Some(folds) = &self.folds else { return };
         for &pair in &nearby.pairs {
-            let Some(touch) = folds.touch(shape, pair) else { continue };
+            let touch = match folds.touch(shape, pair) {
+                Some(Pair::Gap(touch)) => touch,
+                Some(Pair::Film(place)) => {
+                    out.closing = out.closing.or(Some(place));
+                    continue;
+                }
+                None => continue,
+            };
             out.energy += touch.energy;
             for k in 0..6 {
                 out.gradient[2 * touch.vertices[k / 2] + k % 2] += touch.gradient[k];

@@ -1,7 +1,8 @@
 //! The droplet touches itself where two stretches of its outline come closer than delta.
 //!
-//! A vertex that is nearer than delta to an edge elsewhere is pushed off with the energy `(k/2)(delta - d)^2`. Parts that
-//! are neighbours along the ring are left out: the half circle at the end of a film of thickness delta has the length
+//! Where a gap outside of the droplet closes, a vertex that is nearer than delta to an edge elsewhere is pushed off with the
+//! energy `(k/2)(delta - d)^2`. Where the liquid between two stretches is a film thinner than delta, the film closes and
+//! the droplet breaks in two ([`Pair::Film`]), which is beyond this model. Parts that are neighbours along the ring are left out: the half circle at the end of a film of thickness delta has the length
 //! `pi delta/2`, and twice that counts as neighbourhood.
 
 use crate::physics::liquid::jet::Jet;
@@ -15,6 +16,15 @@ pub(crate) struct SelfContact {
     stiffness: f64,
     /// Vertices and edges whose numbers differ by no more are neighbours.
     neighbours: usize,
+}
+
+/// A pair of a vertex and an edge that are closer than delta.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Pair {
+    /// They touch across a gap.
+    Gap(Touch),
+    /// The film of liquid between them is closing; where the vertex is.
+    Film([f64; 2]),
 }
 
 /// What one touching pair adds to the energy.
@@ -53,10 +63,13 @@ impl SelfContact {
     }
 
     /// How a listed pair touches; `None` if it does not.
-    pub(crate) fn touch(&self, shape: &Polygon, [vertex, edge]: [usize; 2]) -> Option<Touch> {
+    pub(crate) fn touch(&self, shape: &Polygon, [vertex, edge]: [usize; 2]) -> Option<Pair> {
         let (squared, place) = separation(shape, vertex, edge);
         if squared >= self.delta * self.delta {
             return None;
+        }
+        if is_inside(shape, vertex, edge) {
+            return Some(Pair::Film(shape.at(vertex)));
         }
         let vertices = [vertex, edge, following(edge, shape.len())];
         let [v, a, b] = [0, 1, 2].map(|k| {
@@ -79,7 +92,7 @@ impl SelfContact {
         };
         let overlap = Jet::constant(self.delta) - distance;
         let energy = overlap * overlap * (0.5 * self.stiffness);
-        Some(Touch { vertices, energy: energy.value, gradient: energy.gradient, hessian: energy.hessian })
+        Some(Pair::Gap(Touch { vertices, energy: energy.value, gradient: energy.gradient, hessian: energy.hessian }))
     }
 }
 
@@ -92,4 +105,12 @@ fn separation(shape: &Polygon, vertex: usize, edge: usize) -> (f64, f64) {
     let q = place.clamp(0.0, 1.0);
     let (dx, dy) = (rx - q * ex, ry - q * ey);
     (dx * dx + dy * dy, place)
+}
+
+/// Whether the edge has the vertex on its inner side, so that liquid is between them.
+fn is_inside(shape: &Polygon, vertex: usize, edge: usize) -> bool {
+    let next = following(edge, shape.len());
+    let (rx, ry) = (shape.x[vertex] - shape.x[edge], shape.y[vertex] - shape.y[edge]);
+    let (ex, ey) = (shape.x[next] - shape.x[edge], shape.y[next] - shape.y[edge]);
+    ex * ry - ey * rx > 0.0
 }

@@ -60,6 +60,11 @@ pub trait Motion {
         None
     }
 
+    /// World position of a film of liquid that has closed, if one has. The droplet breaks there and moves no further.
+    fn pinched(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The ring, if the droplet has one.
     fn ring(&self) -> Option<&Ring> {
         None

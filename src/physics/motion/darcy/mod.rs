@@ -230,6 +230,8 @@ impl<W: Walls> DarcyMotion<W> {
     fn accept(&mut self, h: f64, scheme: &Scheme, error: f64, iterations: u32) {
         let velocity = self.solver.centroid_velocity();
         let t = self.readings[1].t + h;
+        let [x0, y0] = self.shapes.origin;
+        self.course.pinched = self.solver.here.closing.map(|[x, y]| [x + x0, y + y0]);
         self.shapes.push(&self.solver.shape, h);
         let squares = self.solver.squares;
         self.readings = [self.readings[1], self.reading(t, velocity, squares)];
@@ -290,7 +292,7 @@ impl<W: Walls> DarcyMotion<W> {
 impl<W: Walls> Motion for DarcyMotion<W> {
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
         let until = (self.course.steps + steps) as f64 * self.dt;
-        while self.readings[1].t < until {
+        while self.readings[1].t < until && self.course.pinched.is_none() {
             if stop.load(Ordering::Relaxed) {
                 return Err(Interruption::Stopped);
             }
@@ -318,6 +320,10 @@ impl<W: Walls> Motion for DarcyMotion<W> {
 
     fn engulfed(&self) -> Option<[f64; 2]> {
         self.engulfed_now()
+    }
+
+    fn pinched(&self) -> Option<[f64; 2]> {
+        self.course.pinched
     }
 
     fn refused(&self) -> u64 {

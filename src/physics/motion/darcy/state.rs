@@ -26,6 +26,8 @@ pub(super) struct Course {
     pub(super) known: u32,
     /// Whether the next step may space the vertices.
     pub(super) spaces: bool,
+    /// World position of a film that has closed. No step follows.
+    pub(super) pinched: Option<[f64; 2]>,
     /// Nominal steps taken.
     pub(super) steps: u64,
     pub(super) accepted: u64,
