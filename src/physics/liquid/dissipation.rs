@@ -145,3 +145,80 @@ impl Dissipation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::liquid::{nearby::Nearby, polygon::Polygon, potential::Potential};
+    use crate::physics::walls::wedge::ChannelWalls;
+    use std::{f64::consts::PI, sync::Arc};
+
+    const FRICTION: f64 = 30.0;
+
+    /// An ellipse, and its dissipation.
+    fn ellipse(n: usize, a: f64, b: f64) -> (Polygon, Dissipation, f64) {
+        let angle = |i: usize| 2.0 * PI * i as f64 / n as f64;
+        let x = (0..n).map(|i| a * libm::cos(angle(i))).collect();
+        let y = (0..n).map(|i| b * libm::sin(angle(i))).collect();
+        let shape = Polygon { x, y };
+        let walls = Arc::new(ChannelWalls::new(50.0, 45.0, 0.0));
+        let potential = Potential { walls, gamma: 1.0, k_a: 1.0, rest: 1.0, weight: 0.0, k_w: 1e5, reach: 0.01, folds: None };
+        let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
+        nearby.list(potential.walls.as_ref(), [0.0; 2], &shape, potential.reach, None);
+        potential.evaluate(&shape, &nearby, &mut seen);
+        let mut dissipation = Dissipation::new(n, FRICTION);
+        assert!(dissipation.take(&shape.x, &shape.y, &seen));
+        (shape, dissipation, seen.area)
+    }
+
+    #[test]
+    fn a_body_of_any_shape_that_moves_rigidly_feels_the_same_drag() {
+        let n = 40;
+        for (a, b) in [(0.5, 0.5), (1.0, 0.25), (0.2, 1.25)] {
+            let (_, mut dissipation, area) = ellipse(n, a, b);
+            let v: Vec<f64> = (0..n).flat_map(|_| [0.3, -0.4]).collect();
+            let mut drag = vec![0.0; 2 * n];
+            let squares = dissipation.drag(&v, &mut drag);
+            assert!((squares / (area * 0.25) - 1.0).abs() < 1e-12);
+            let total: f64 = drag.iter().step_by(2).sum();
+            assert!((total / (FRICTION * area * 0.3) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_strain_of_an_ellipse_dissipates_what_its_flow_does() {
+        // u = (x, -y) is the gradient of (x^2 - y^2)/2: the integral of its square is pi a b (a^2 + b^2)/4.
+        let error = |n: usize| {
+            let (a, b) = (0.8, 0.3125);
+            let (shape, mut dissipation, _) = ellipse(n, a, b);
+            let v: Vec<f64> = (0..n).flat_map(|i| [shape.x[i], -shape.y[i]]).collect();
+            let squares = dissipation.drag(&v, &mut vec![0.0; 2 * n]);
+            squares / (0.25 * PI * a * b * (a * a + b * b)) - 1.0
+        };
+        assert!(error(64).abs() < 0.01);
+        let order = libm::log2((error(32) / error(64)).abs());
+        assert!(order > 1.7, "the error falls with the square of the number of edges, not with {order}");
+    }
+
+    #[test]
+    fn the_matrix_is_the_drag_and_dissipation_is_never_negative() {
+        let n = 24;
+        let (_, mut dissipation, _) = ellipse(n, 0.7, 0.35);
+        let width = padded(2 * n);
+        let mut full = vec![0.0; 2 * n * width];
+        dissipation.fill(&mut full, width);
+        for k in 1..20 {
+            let v: Vec<f64> = (0..2 * n).map(|i| libm::sin(0.37 * f64::from(k) * i as f64 + 0.1)).collect();
+            let mut drag = vec![0.0; 2 * n];
+            let squares = dissipation.drag(&v, &mut drag);
+            assert!(squares > 0.0);
+            for row in 0..2 * n {
+                let product: f64 = (0..2 * n).map(|column| full[row * width + column] * v[column]).sum();
+                assert!((product - drag[row]).abs() < 1e-10);
+                assert!((0..2 * n).all(|c| (full[row * width + c] - full[c * width + row]).abs() < 1e-11));
+            }
+            let power: f64 = v.iter().zip(&drag).map(|(v, f)| v * f).sum();
+            assert!((power / (FRICTION * squares) - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -155,3 +155,107 @@ impl Even {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::on_instruction_set;
+    use crate::physics::simd::{InstructionSet, padded};
+    use std::f64::consts::PI;
+
+    /// A bean with even edges, to first order.
+    fn bean(n: usize) -> Polygon {
+        let angle = |i: usize| 2.0 * PI * i as f64 / n as f64;
+        let mut shape = Polygon {
+            x: (0..n).map(|i| 0.6 * libm::cos(angle(i)) + 0.1 * libm::cos(2.0 * angle(i))).collect(),
+            y: (0..n).map(|i| 0.4 * libm::sin(angle(i))).collect(),
+        };
+        for _ in 0..30 {
+            let (edges, even) = directions(&shape);
+            let before = shape.clone();
+            even.space(&mut shape, &edges, 1.0, &before, &mut vec![0.0; 2 * n]);
+        }
+        shape
+    }
+
+    fn directions(shape: &Polygon) -> (Edges, Even) {
+        let (mut edges, mut even) = (Edges::default(), Even::default());
+        edges.measure(shape);
+        even.measure(&edges);
+        (edges, even)
+    }
+
+    fn wave(n: usize, k: f64) -> Vec<f64> {
+        (0..n).map(|i| libm::sin(k * i as f64 + 0.3)).collect()
+    }
+
+    #[test]
+    fn spacing_makes_edges_even_and_keeps_the_outline() {
+        let (edges, _) = directions(&bean(40));
+        let even = edges.perimeter / 40.0;
+        assert!(edges.length.iter().all(|length| (length / even - 1.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn edges_stay_even_along_the_motions() {
+        let shape = bean(40);
+        let (_, even) = directions(&shape);
+        let mut motion = vec![0.0; 80];
+        even.displace(&wave(40, 0.7), &mut motion);
+        let lengths = |by: f64| {
+            let mut moved = shape.clone();
+            for i in 0..40 {
+                moved.x[i] += by * motion[2 * i];
+                moved.y[i] += by * motion[2 * i + 1];
+            }
+            directions(&moved).0.length
+        };
+        let rates: Vec<f64> = lengths(1e-6).iter().zip(lengths(-1e-6)).map(|(a, b)| (a - b) / 2e-6).collect();
+        assert!(rates.iter().all(|rate| (rate - rates[0]).abs() < 1e-8), "{rates:?}");
+    }
+
+    #[test]
+    fn a_rigid_shift_is_a_motion() {
+        let (_, even) = directions(&bean(40));
+        let shift = [0.8, -0.3];
+        let nu: Vec<f64> = (0..40).map(|i| shift[0] * even.ty[i] - shift[1] * even.tx[i]).collect();
+        let mut motion = vec![0.0; 80];
+        even.displace(&nu, &mut motion);
+        for i in 0..40 {
+            assert!((motion[2 * i] - shift[0]).abs() < 1e-8 && (motion[2 * i + 1] - shift[1]).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn reduced_forces_do_the_same_work() {
+        let (n, f) = (40, wave(80, 1.1));
+        let (_, even) = directions(&bean(n));
+        let nu = wave(n, 0.4);
+        let (mut motion, mut reduced) = (vec![0.0; 80], vec![0.0; n]);
+        even.displace(&nu, &mut motion);
+        even.reduce(&f, &mut reduced);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        assert!((dot(&f, &motion) - dot(&reduced, &nu)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn matrices_are_reduced_like_forces_on_any_instruction_set() {
+        let n = 40;
+        let (_, even) = directions(&bean(n));
+        let width = padded(5);
+        let x: Vec<f64> = wave(80 * width, 0.37);
+        let reduce = |set: InstructionSet| {
+            let (mut out, mut scratch) = (vec![0.0; n * width], vec![0.0; 2 * width]);
+            on_instruction_set!(set, simd => even.reduce_rows(simd, &x, width, &mut out, &mut scratch));
+            out
+        };
+        let out = reduce(InstructionSet::new());
+        assert_eq!(out, reduce(InstructionSet::fallback()));
+        for column in 0..width {
+            let force: Vec<f64> = (0..80).map(|row| x[row * width + column]).collect();
+            let mut reduced = vec![0.0; n];
+            even.reduce(&force, &mut reduced);
+            assert!((0..n).all(|i| (reduced[i] - out[i * width + column]).abs() < 1e-12));
+        }
+    }
+}

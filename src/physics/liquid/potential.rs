@@ -235,3 +235,6 @@ impl<W: Walls> Potential<W> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
