@@ -14,7 +14,7 @@
 use crate::physics::liquid::interior::Interior;
 use crate::physics::liquid::polygon::{Edges, following, preceding};
 use crate::physics::liquid::potential::Evaluation;
-use crate::physics::simd::padded;
+use crate::physics::simd::{InstructionSet, padded};
 
 /// The quadratic form at one shape.
 #[derive(Debug)]
@@ -33,9 +33,9 @@ pub(crate) struct Dissipation {
 
 impl Dissipation {
     /// For `n` edges and the friction `b_inf/a0`.
-    pub(crate) fn new(n: usize, friction: f64) -> Self {
+    pub(crate) fn new(n: usize, friction: f64, set: InstructionSet) -> Self {
         Self {
-            interior: Interior::new(n),
+            interior: Interior::new(n, set),
             edges: Edges::default(),
             x_gradient: Vec::new(),
             y_gradient: Vec::new(),
@@ -166,7 +166,7 @@ mod tests {
         let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
         nearby.list(potential.walls.as_ref(), [0.0; 2], &shape, potential.reach, None);
         potential.evaluate(&shape, &nearby, &mut seen);
-        let mut dissipation = Dissipation::new(n, FRICTION);
+        let mut dissipation = Dissipation::new(n, FRICTION, InstructionSet::new());
         assert!(dissipation.take(&shape.x, &shape.y, &seen));
         (shape, dissipation, seen.area)
     }

@@ -10,7 +10,7 @@
 //! contact opens or closes, a search along the direction finds the place where the slope has fallen by half.
 
 use crate::on_instruction_set;
-use crate::physics::liquid::dense;
+use crate::physics::liquid::dense::{Matrix, solve_symmetric};
 use crate::physics::liquid::dissipation::Dissipation;
 use crate::physics::liquid::even::Even;
 use crate::physics::liquid::nearby::Nearby;
@@ -70,27 +70,13 @@ pub(super) struct Solver {
     pub(super) squares: f64,
 }
 
-/// Rows of equal width, a multiple of eight.
-#[derive(Clone, Debug)]
-struct Matrix {
-    width: usize,
-    values: Vec<f64>,
-}
-
-impl Matrix {
-    fn new(rows: usize, columns: usize) -> Self {
-        let width = padded(columns);
-        Self { width, values: vec![0.0; rows * width] }
-    }
-}
-
 impl Solver {
     pub(super) fn new(n: usize, friction: f64, instruction_set: InstructionSet) -> Self {
         let vector = || vec![0.0; 2 * n];
         Self {
             n,
             instruction_set,
-            dissipation: Dissipation::new(n, friction),
+            dissipation: Dissipation::new(n, friction, instruction_set),
             even: Even::default(),
             drag: Matrix::new(n, n),
             matrix: Matrix::new(n, n),
@@ -198,7 +184,7 @@ impl Solver {
                 self.matrix.values[row + j] += drag + from_area * area[j] + from_x * x[j];
             }
         }
-        if !dense::solve_symmetric(&mut self.matrix.values, n, self.matrix.width, &mut self.unknown) {
+        if !solve_symmetric(self.instruction_set, &mut self.matrix, n, &mut self.unknown) {
             return Err(Unsolved::Saddle);
         }
         let largest = self.unknown.iter().fold(0.0, |most: f64, nu| if nu.abs() <= most { most } else { nu.abs() });
