@@ -108,6 +108,8 @@ choice!(
         Verlet = "verlet",
         /// The implicit one.
         Implicit = "implicit",
+        /// That of `dynamics = "darcy"`.
+        Adaptive = "adaptive",
     }
 );
 choice!(

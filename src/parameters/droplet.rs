@@ -18,6 +18,9 @@ pub enum Model {
 /// The default of `kappa`, perimeter stiffness over line tension, as in [C24].
 pub(crate) const PAPER_KAPPA: f64 = 1e-3;
 
+/// The default of `step_error`, in sigma.
+pub(crate) const STEP_ERROR: f64 = 3e-4;
+
 /// Parameters of the deformable particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Deformable {
@@ -53,6 +56,10 @@ pub struct Deformable {
     /// The laws by which it moves.
     #[serde(default, skip_serializing_if = "is_default")]
     pub dynamics: Dynamics,
+    /// Largest error of a vertex along its normal in one step, in sigma; `None` is the default. Only for steps whose
+    /// length follows their error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_error: Option<f64>,
 }
 
 impl Model {
@@ -87,6 +94,7 @@ impl Deformable {
             self_contact: SelfContact::default(),
             engulfed: Engulfed::default(),
             dynamics: Dynamics::default(),
+            step_error: None,
         }
     }
 

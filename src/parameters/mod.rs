@@ -16,16 +16,18 @@ mod units;
 mod written;
 
 pub(crate) use choices::names;
-pub use choices::{ContactKind, Dynamics, Engulfed, GravityForm, Integrator, IntegratorChoice, SelfContact, WallStiffness};
-pub(crate) use droplet::PAPER_KAPPA;
+pub use choices::{
+    ContactKind, Dynamics, Engulfed, GravityForm, Integrator, IntegratorChoice, SelfContact, WallStiffness,
+};
 pub use droplet::{Deformable, Model, Soft};
+pub(crate) use droplet::{PAPER_KAPPA, STEP_ERROR};
 pub use identity::{BadId, JobId, PHYSICS_VERSION, PointId};
 pub use interval::Interval;
 pub(crate) use interval::{above, between};
 pub use job::{Job, JobState};
 pub use list::PARAMETERS;
 pub use parameter::{Applies, Domain, Parameter, Value};
-pub(crate) use point::{PAPER_ALPHA, STEP_ERROR};
+pub(crate) use point::PAPER_ALPHA;
 pub use point::{Limits, Point, Stepping};
 pub use scene::{Channel, Density, LoneDisc, ObstacleField, Scene};
 pub use units::{MASS, regular_edge};

@@ -7,9 +7,6 @@
 use crate::parameters::{Integrator, Model, PointId, Scene};
 use serde::{Deserialize, Serialize};
 
-/// The default of `step_error`, in sigma.
-pub(crate) const STEP_ERROR: f64 = 3e-4;
-
 /// The exponent of the near-wall drag of [C24].
 pub(crate) const PAPER_ALPHA: f64 = 4.0 / 3.0;
 
@@ -30,10 +27,6 @@ pub struct Point {
     pub alpha: Option<f64>,
     /// How time advances.
     pub stepping: Stepping,
-    /// Largest error of a vertex along its normal in one step, in sigma; `None` is the default. Only for steps whose
-    /// length follows their error.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step_error: Option<f64>,
     /// When the trajectory ends.
     pub limits: Limits,
     /// Time between two recorded samples, in t0.
@@ -74,7 +67,6 @@ impl Point {
             b0: 0.0,
             alpha: None,
             stepping: Stepping { integrator: Integrator::Verlet, dt: 1e-3 },
-            step_error: None,
             limits: Limits { t_max: 2e5, distance: None, ek_threshold: 1e-17 },
             sample_every: 10.0,
             shapes_every: None,

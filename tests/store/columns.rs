@@ -70,7 +70,7 @@ fn every_column_of_every_view_declares_one_type_and_that_of_the_parameter() {
                 let expected = match parameter.domain {
                     Domain::Text | Domain::Choice(_) => "TEXT",
                     Domain::Number(_) | Domain::NumberOr(..) => "REAL",
-                    Domain::Whole(_) => "INTEGER",
+                    Domain::Whole(_) | Domain::WholeOr(..) => "INTEGER",
                 };
                 assert_eq!(declared, expected, "{view}.{name}");
             }

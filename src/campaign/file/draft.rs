@@ -4,8 +4,22 @@ use crate::campaign::choose::stepping;
 use crate::campaign::choose::tolerance;
 use crate::campaign::file::keys::Key;
 use crate::campaign::file::{Estimate, Until};
-use crate::parameters::{IntegratorChoice, Model, Point, Scene, Soft, Value};
+use crate::parameters::{Dynamics, GravityForm, IntegratorChoice, Model, Point, Scene, Soft, Value};
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
+
+/// The default of e_w under `dynamics = "darcy"`: a contact of a droplet of Gamma = 1 then gives way by 1e-5 sigma.
+const HARD_WALL: f64 = 1e7;
+
+/// The number of vertices under `dynamics = "darcy"`. Soft droplets drape themselves over obstacles, and their outline
+/// becomes several times as long; edges must stay short against an obstacle.
+fn darcy_vertices(gamma: f64, hangs: bool) -> usize {
+    match gamma {
+        gamma if !hangs || gamma >= 0.3 => 64,
+        gamma if gamma >= 0.1 => 96,
+        gamma if gamma >= 0.03 => 128,
+        _ => 192,
+    }
+}
 
 /// A value for every key that means something in a block. It is complete before a point is made of it.
 #[derive(Clone, Default)]
@@ -73,6 +87,7 @@ impl Draft {
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
         let mut point = self.as_given();
         self.choose_stiffness(&mut point);
+        self.choose_vertices(&mut point);
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe("dt"), &point, &limit);
         let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
@@ -100,11 +115,32 @@ impl Draft {
         point
     }
 
+    /// The number of vertices, if the file leaves it open.
+    fn choose_vertices(&self, point: &mut Point) {
+        let hangs = matches!(point.scene, Scene::Obstacles(_) | Scene::Disc(_));
+        let Model::Deformable(ring) = &mut point.model else { return };
+        if self.is_open("n_vertices") {
+            ring.n_vertices = match ring.dynamics {
+                Dynamics::Vertex => tolerance::DEFAULT_VERTICES,
+                Dynamics::Darcy => darcy_vertices(ring.gamma, hangs),
+            };
+        }
+    }
+
     /// The stiffnesses that the file leaves open.
     fn choose_stiffness(&self, point: &mut Point) {
         let Model::Deformable(ring) = &mut point.model else { return };
         if self.is_open("e_w") {
-            ring.e_w = if matches!(point.scene, Scene::Channel(_)) { 1e6 } else { 1e4 };
+            ring.e_w = match (ring.dynamics, &point.scene) {
+                (Dynamics::Darcy, _) => HARD_WALL,
+                (Dynamics::Vertex, Scene::Channel(_)) => 1e6,
+                (Dynamics::Vertex, _) => 1e4,
+            };
+        }
+        if ring.dynamics == Dynamics::Darcy {
+            // Constant tension, hydrostatic weight, and contact of edges are what this dynamics is.
+            (ring.kappa, ring.gravity) = (0.0, GravityForm::Centroid);
+            return;
         }
         // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for
         // good.

@@ -122,7 +122,10 @@ impl Dissipation {
                 let l = preceding(j, n);
                 let (row_i, row_k) = (self.interior.row(i), self.interior.row(k));
                 for (a, normal_a) in [(0, nx), (1, ny)] {
-                    let upper = [normal_a[i] * row_i[j] + normal_a[k] * row_k[j], normal_a[i] * row_i[l] + normal_a[k] * row_k[l]];
+                    let upper = [
+                        normal_a[i] * row_i[j] + normal_a[k] * row_k[j],
+                        normal_a[i] * row_i[l] + normal_a[k] * row_k[l],
+                    ];
                     for (b, normal_b) in [(0, nx), (1, ny)] {
                         full[(2 * i + a) * width + 2 * j + b] =
                             0.25 * (upper[0] * normal_b[j] + upper[1] * normal_b[l]);
@@ -162,7 +165,8 @@ mod tests {
         let y = (0..n).map(|i| b * libm::sin(angle(i))).collect();
         let shape = Polygon { x, y };
         let walls = Arc::new(ChannelWalls::new(50.0, 45.0, 0.0));
-        let potential = Potential { walls, gamma: 1.0, k_a: 1.0, rest: 1.0, weight: 0.0, k_w: 1e5, reach: 0.01, folds: None };
+        let potential =
+            Potential { walls, gamma: 1.0, k_a: 1.0, rest: 1.0, weight: 0.0, k_w: 1e5, reach: 0.01, folds: None };
         let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
         nearby.list(potential.walls.as_ref(), [0.0; 2], &shape, potential.reach, None);
         potential.evaluate(&shape, &nearby, &mut seen);

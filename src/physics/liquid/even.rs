@@ -52,10 +52,13 @@ impl Even {
     pub(crate) fn displace(&self, nu: &[f64], out: &mut [f64]) {
         let n = self.tx.len();
         let growth = 2.0 / n as f64 * (0..n).map(|i| self.sine[i] * nu[i]).sum::<f64>();
-        let mean = self.run(|i| {
-            let j = following(i, n);
-            growth - self.sine[i] * nu[i] - self.sine[j] * nu[j]
-        }, out);
+        let mean = self.run(
+            |i| {
+                let j = following(i, n);
+                growth - self.sine[i] * nu[i] - self.sine[j] * nu[j]
+            },
+            out,
+        );
         for i in 0..n {
             let tau = (out[2 * i] - mean) / self.cosine[i];
             out[2 * i] = nu[i] * self.ty[i] + tau * self.tx[i];

@@ -58,8 +58,7 @@ pub(crate) struct TautEnergy {
     pub(crate) gradient: [f64; 4],
     /// Second derivatives at fixed pressure.
     pub(crate) hessian: [[f64; 4]; 4],
-    /// Area behind the chord, as a negative number.
-    pub(crate) area: f64,
+    /// Derivatives of the area behind the chord, which counts as a negative number.
     pub(crate) area_gradient: [f64; 4],
     /// Derivatives of the x moment of that area about the centroid.
     pub(crate) moment_gradient: [f64; 4],
@@ -90,7 +89,14 @@ impl Taut {
     ///
     /// A wall far behind the chord touches the other side of the droplet: chords whose distance from the centre is
     /// less than minus half their length are left out.
-    pub(crate) fn of(edge: usize, obstacle: u32, a: [f64; 2], b: [f64; 2], centre: [f64; 2], radius: f64) -> Option<Self> {
+    pub(crate) fn of(
+        edge: usize,
+        obstacle: u32,
+        a: [f64; 2],
+        b: [f64; 2],
+        centre: [f64; 2],
+        radius: f64,
+    ) -> Option<Self> {
         let [p, q] = [a, b].map(|end| [end[0] - centre[0], end[1] - centre[1]]);
         let (ex, ey) = (q[0] - p[0], q[1] - p[1]);
         let length = (ex * ex + ey * ey).sqrt();
@@ -144,7 +150,11 @@ impl Taut {
         let mut s = self.indentation.clamp(low, high);
         for _ in 0..60 {
             let (first, second) = slope(s);
-            if first > 0.0 { high = s } else { low = s }
+            if first > 0.0 {
+                high = s
+            } else {
+                low = s
+            }
             let newton = s - first / second;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             let moved = (next - s).abs();
@@ -227,7 +237,6 @@ impl Taut {
             hessian: std::array::from_fn(|i| {
                 std::array::from_fn(|j| total.hessian[i][j] - follow[i] * total.hessian[4][j])
             }),
-            area: area.value,
             area_gradient: reduced(&area),
             moment_gradient: reduced(&moment),
         }

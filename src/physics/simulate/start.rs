@@ -1,12 +1,14 @@
 //! Decides which effects a job has, and puts its droplet at its start.
 
 use crate::parameters::{
-    Deformable, Dynamics, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, STEP_ERROR, Scene, Soft, Stepping,
+    Deformable, Dynamics, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, STEP_ERROR, Scene, Soft,
+    Stepping,
 };
 use crate::physics::liquid::{polygon::Polygon, potential::Potential, self_contact::SelfContact as FoldContact};
 use crate::physics::motion::placing::{Placing, Site};
 use crate::physics::motion::{
-    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit::ImplicitMotion, verlet::VerletMotion,
+    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit::ImplicitMotion,
+    verlet::VerletMotion,
 };
 use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
@@ -105,11 +107,19 @@ impl<W: Walls> Start<'_, W> {
                 let placed = self.placed(ring)?;
                 let [x, y] = [&placed.x, &placed.y].map(|column| column[..n].to_vec());
                 let liquid = self.liquid(ring);
-                boxed(DarcyMotion::start(Polygon { x, y }, placed.origin, liquid, self.friction(), self.times(), instruction_set))
+                boxed(DarcyMotion::start(
+                    Polygon { x, y },
+                    placed.origin,
+                    liquid,
+                    self.friction(),
+                    self.times(ring),
+                    instruction_set,
+                ))
             }
             (Integrator::Adaptive, Some(MotionState::Darcy(state))) => {
                 let liquid = self.liquid(ring);
-                DarcyMotion::resume(state, n, liquid, self.friction(), self.times(), instruction_set).and_then(boxed)
+                DarcyMotion::resume(state, n, liquid, self.friction(), self.times(ring), instruction_set)
+                    .and_then(boxed)
             }
             _ => None,
         })
@@ -121,8 +131,8 @@ impl<W: Walls> Start<'_, W> {
     }
 
     /// The nominal step and the error allowed in one step.
-    fn times(&self) -> [f64; 2] {
-        [self.point.stepping.dt, self.point.step_error.unwrap_or(STEP_ERROR)]
+    fn times(&self, ring: &Deformable) -> [f64; 2] {
+        [self.point.stepping.dt, ring.step_error.unwrap_or(STEP_ERROR)]
     }
 
     /// The energy of a liquid droplet.

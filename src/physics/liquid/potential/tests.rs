@@ -30,7 +30,11 @@ fn evaluation<W: Walls>(potential: &Potential<W>, shape: &Polygon) -> Evaluation
 
 fn moved(shape: &Polygon, k: usize, by: f64) -> Polygon {
     let mut shape = shape.clone();
-    if k.is_multiple_of(2) { shape.x[k / 2] += by } else { shape.y[k / 2] += by }
+    if k.is_multiple_of(2) {
+        shape.x[k / 2] += by
+    } else {
+        shape.y[k / 2] += by
+    }
     shape
 }
 
@@ -51,7 +55,10 @@ fn hessian<W: Walls>(potential: &Potential<W>, seen: &Evaluation) -> Vec<Vec<f64
 
 fn derivatives_agree<W: Walls>(potential: &Potential<W>, shape: &Polygon, strings: usize) {
     let seen = evaluation(potential, shape);
-    assert!(seen.strings.iter().filter(|string| !string.is_straight()).count() >= strings, "edges bend round the walls");
+    assert!(
+        seen.strings.iter().filter(|string| !string.is_straight()).count() >= strings,
+        "edges bend round the walls"
+    );
     let (full, h) = (hessian(potential, &seen), 1e-7);
     for k in 0..seen.gradient.len() {
         let (ahead, behind) = (evaluation(potential, &moved(shape, k, h)), evaluation(potential, &moved(shape, k, -h)));
@@ -101,7 +108,7 @@ fn the_pressure_of_a_circle_at_rest_is_that_of_laplace() {
 #[test]
 fn a_string_takes_over_smoothly_from_a_wall_that_gives_way() {
     // Energy and force of an edge that is pressed ever deeper against a tip have no jump.
-    let load = crate::physics::liquid::taut::Load { gamma: 0.8, k_w: 1e5, pressure: 1.5, weight: 1.0, centroid: 0.1 };
+    let load = Load { gamma: 0.8, k_w: 1e5, pressure: 1.5, weight: 1.0, centroid: 0.1 };
     let at = |depth: f64| {
         let (a, b) = ([-0.03, -0.005 + depth], [0.02, -0.005 + depth]);
         // The liquid is below the edge, which runs towards -x.
@@ -113,7 +120,8 @@ fn a_string_takes_over_smoothly_from_a_wall_that_gives_way() {
     let (mut last, mut kinds) = (None::<f64>, [false; 2]);
     for step in 0..4000 {
         let depth = -0.0011 + 1e-6 * f64::from(step);
-        let (straight, push) = at(depth).map_or((true, 0.0), |(straight, term)| (straight, term.gradient[1] + term.gradient[3]));
+        let (straight, push) =
+            at(depth).map_or((true, 0.0), |(straight, term)| (straight, term.gradient[1] + term.gradient[3]));
         kinds[usize::from(straight)] = true;
         if let Some(last) = last {
             assert!((push - last).abs() < 1e5 * 1.1e-6 + 1e-4, "the force jumps from {last} to {push} at {depth}");

@@ -3,7 +3,7 @@
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::{Evaluation, Potential};
-use crate::physics::ring::forces::contact::{add_load, finish_load, Load};
+use crate::physics::ring::forces::contact::{Load, add_load, finish_load};
 use crate::physics::walls::wall::{Obstacle, Walls};
 use crate::results::outline::LoadRecord;
 

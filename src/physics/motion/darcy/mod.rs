@@ -140,8 +140,7 @@ impl<W: Walls> DarcyMotion<W> {
         if !state.is_of(n) {
             return None;
         }
-        let mut motion =
-            Self::with(state.shapes.clone(), state.course, potential, friction, times, instruction_set);
+        let mut motion = Self::with(state.shapes.clone(), state.course, potential, friction, times, instruction_set);
         motion.readings = state.readings;
         Some(motion)
     }
