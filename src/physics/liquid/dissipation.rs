@@ -11,8 +11,10 @@
 //! [`interior`](crate::physics::liquid::interior). So a body that moves rigidly feels exactly `b_inf V`, whatever its
 //! shape.
 
+use crate::physics::liquid::even::Even;
 use crate::physics::liquid::interior::Interior;
-use crate::physics::liquid::polygon::{Edges, following, preceding};
+use crate::physics::liquid::near_wall::NearWall;
+use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
 use crate::physics::liquid::potential::Evaluation;
 use crate::physics::simd::{InstructionSet, padded};
 
@@ -27,13 +29,14 @@ pub(crate) struct Dissipation {
     area: f64,
     /// `b_inf/a0`.
     friction: f64,
+    near_wall: Option<NearWall>,
     flow: Vec<f64>,
     pressure: Vec<f64>,
 }
 
 impl Dissipation {
-    /// For `n` edges and the friction `b_inf/a0`.
-    pub(crate) fn new(n: usize, friction: f64, set: InstructionSet) -> Self {
+    /// For `n` edges and the friction `b_inf/a0`, with the additional drag near walls if there is one.
+    pub(crate) fn new(n: usize, friction: f64, near_wall: Option<NearWall>, set: InstructionSet) -> Self {
         Self {
             interior: Interior::new(n, set),
             edges: Edges::default(),
@@ -41,18 +44,22 @@ impl Dissipation {
             y_gradient: Vec::new(),
             area: 0.0,
             friction,
+            near_wall,
             flow: vec![0.0; padded(n)],
             pressure: vec![0.0; padded(n)],
         }
     }
 
-    /// Takes over the shape of `at`, whose vertices are `x`, `y`. False if the flow in it cannot be computed.
-    pub(crate) fn take(&mut self, x: &[f64], y: &[f64], at: &Evaluation) -> bool {
+    /// Takes over a shape, its evaluation and its directions. False if the flow in it cannot be computed.
+    pub(crate) fn take(&mut self, shape: &Polygon, origin: [f64; 2], at: &Evaluation, even: &Even) -> bool {
         self.edges.clone_from(&at.edges);
         self.x_gradient.clone_from(&at.x_gradient);
         self.y_gradient.clone_from(&at.y_gradient);
         self.area = at.area;
-        self.interior.assemble(x, y)
+        if let Some(near_wall) = &mut self.near_wall {
+            near_wall.take(shape, origin, even);
+        }
+        self.interior.assemble(&shape.x, &shape.y)
     }
 
     /// The velocity of the centroid for velocities `v` of the vertices.
@@ -90,6 +97,9 @@ impl Dissipation {
                 let shift = self.x_gradient[at] * along_x + self.y_gradient[at] * along_y;
                 out[at] = self.friction * (half(normal) + shift);
             }
+        }
+        if let Some(near_wall) = &self.near_wall {
+            near_wall.add_drag(v, [cx, cy], &self.x_gradient, &self.y_gradient, out);
         }
         squares
     }
@@ -146,13 +156,16 @@ impl Dissipation {
                 full[r * width + c] = self.friction * sum;
             }
         }
+        if let Some(near_wall) = &self.near_wall {
+            near_wall.add_matrix(&self.x_gradient, &self.y_gradient, full, width);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::physics::liquid::{nearby::Nearby, polygon::Polygon, potential::Potential};
+    use crate::physics::liquid::{nearby::Nearby, potential::Potential};
     use crate::physics::walls::wedge::ChannelWalls;
     use std::{f64::consts::PI, sync::Arc};
 
@@ -170,8 +183,10 @@ mod tests {
         let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
         nearby.list(potential.walls.as_ref(), [0.0; 2], &shape, potential.reach, None);
         potential.evaluate(&shape, &nearby, &mut seen);
-        let mut dissipation = Dissipation::new(n, FRICTION, InstructionSet::new());
-        assert!(dissipation.take(&shape.x, &shape.y, &seen));
+        let mut even = Even::default();
+        even.measure(&seen.edges);
+        let mut dissipation = Dissipation::new(n, FRICTION, None, InstructionSet::new());
+        assert!(dissipation.take(&shape, [0.0; 2], &seen, &even));
         (shape, dissipation, seen.area)
     }
 

@@ -13,7 +13,7 @@
 //! | `nearby` | what can touch |
 //! | `curvature`, `jet` | second derivatives |
 //! | `interior` | Darcy's law inside, by boundary elements |
-//! | `dissipation` | the drag on the outline |
+//! | `dissipation`, `near_wall` | the drag on the outline |
 //! | `dense` | dense matrices |
 
 pub(crate) mod curvature;
@@ -22,6 +22,7 @@ pub(crate) mod dissipation;
 pub(crate) mod even;
 pub(crate) mod interior;
 pub(crate) mod jet;
+pub(crate) mod near_wall;
 pub(crate) mod nearby;
 pub(crate) mod polygon;
 pub(crate) mod potential;

@@ -4,6 +4,7 @@ use crate::parameters::{
     Deformable, Dynamics, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, STEP_ERROR, Scene, Soft,
     Stepping,
 };
+use crate::physics::liquid::{dissipation::Dissipation, near_wall::NearWall};
 use crate::physics::liquid::{polygon::Polygon, potential::Potential, self_contact::SelfContact as FoldContact};
 use crate::physics::motion::placing::{Placing, Site};
 use crate::physics::motion::{
@@ -111,23 +112,27 @@ impl<W: Walls> Start<'_, W> {
                     Polygon { x, y },
                     placed.origin,
                     liquid,
-                    self.friction(),
+                    self.dissipation(ring),
                     self.times(ring),
                     instruction_set,
                 ))
             }
             (Integrator::Adaptive, Some(MotionState::Darcy(state))) => {
                 let liquid = self.liquid(ring);
-                DarcyMotion::resume(state, n, liquid, self.friction(), self.times(ring), instruction_set)
+                DarcyMotion::resume(state, n, liquid, self.dissipation(ring), self.times(ring), instruction_set)
                     .and_then(boxed)
             }
             _ => None,
         })
     }
 
-    /// `b_inf/a0 = M/(V_t a0)`, and the mass is a0.
-    fn friction(&self) -> f64 {
-        1.0 / self.point.v_t
+    /// The drag of a liquid droplet: `b_inf/a0 = M/(V_t a0)`, and the mass is a0.
+    fn dissipation(&self, ring: &Deformable) -> Dissipation {
+        let near_wall = match self.drag(ring) {
+            Drag::Far { .. } => None,
+            Drag::NearWall(drag) => Some(NearWall::new(drag, ring.n_vertices, 1.0 / self.point.v_t)),
+        };
+        Dissipation::new(ring.n_vertices, 1.0 / self.point.v_t, near_wall, self.context.instruction_set)
     }
 
     /// The nominal step and the error allowed in one step.

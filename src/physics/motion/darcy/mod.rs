@@ -18,6 +18,7 @@ mod state;
 
 pub use state::DarcyState;
 
+use crate::physics::liquid::dissipation::Dissipation;
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
@@ -88,18 +89,18 @@ impl From<Unsolved> for Refused {
 }
 
 impl<W: Walls> DarcyMotion<W> {
-    /// A droplet of this shape at rest. `friction` is `b_inf/a0`; nominal steps have the length `dt`.
+    /// A droplet of this shape at rest. Nominal steps have the length `dt`.
     pub(crate) fn start(
         shape: Polygon,
         origin: [f64; 2],
         potential: Potential<W>,
-        friction: f64,
+        dissipation: Dissipation,
         [dt, step_error]: [f64; 2],
         instruction_set: InstructionSet,
     ) -> Self {
         let course = Course { next: FIRST, ..Course::default() };
         let mut motion =
-            Self::with(Shapes::of(shape, origin), course, potential, friction, [dt, step_error], instruction_set);
+            Self::with(Shapes::of(shape, origin), course, potential, dissipation, [dt, step_error], instruction_set);
         motion.look();
         motion.readings = [motion.reading(0.0, [0.0; 2], 0.0); 2];
         motion
@@ -109,11 +110,11 @@ impl<W: Walls> DarcyMotion<W> {
         shapes: Shapes,
         course: Course,
         potential: Potential<W>,
-        friction: f64,
+        dissipation: Dissipation,
         [dt, step_error]: [f64; 2],
         instruction_set: InstructionSet,
     ) -> Self {
-        let solver = Solver::new(shapes.latest().len(), friction, instruction_set);
+        let solver = Solver::new(shapes.latest().len(), dissipation, instruction_set);
         let nothing = Reading {
             t: 0.0,
             place: [0.0; 2],
@@ -133,14 +134,14 @@ impl<W: Walls> DarcyMotion<W> {
         state: &DarcyState,
         n: usize,
         potential: Potential<W>,
-        friction: f64,
+        dissipation: Dissipation,
         times: [f64; 2],
         instruction_set: InstructionSet,
     ) -> Option<Self> {
         if !state.is_of(n) {
             return None;
         }
-        let mut motion = Self::with(state.shapes.clone(), state.course, potential, friction, times, instruction_set);
+        let mut motion = Self::with(state.shapes.clone(), state.course, potential, dissipation, times, instruction_set);
         motion.readings = state.readings;
         Some(motion)
     }
@@ -206,7 +207,7 @@ impl<W: Walls> DarcyMotion<W> {
         let solver = &mut self.solver;
         self.potential.evaluate(&foreseen, &self.nearby, &mut solver.here);
         solver.even.measure(&solver.here.edges);
-        if !solver.set_out(&foreseen) {
+        if !solver.set_out(&foreseen, self.shapes.origin) {
             return Err(Unsolved::Diverges.into());
         }
         solver.shape.clone_from(&foreseen);

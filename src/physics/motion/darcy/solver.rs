@@ -71,12 +71,12 @@ pub(super) struct Solver {
 }
 
 impl Solver {
-    pub(super) fn new(n: usize, friction: f64, instruction_set: InstructionSet) -> Self {
+    pub(super) fn new(n: usize, dissipation: Dissipation, instruction_set: InstructionSet) -> Self {
         let vector = || vec![0.0; 2 * n];
         Self {
             n,
             instruction_set,
-            dissipation: Dissipation::new(n, friction, instruction_set),
+            dissipation,
             even: Even::default(),
             drag: Matrix::new(n, n),
             matrix: Matrix::new(n, n),
@@ -96,8 +96,8 @@ impl Solver {
     }
 
     /// Takes drag and directions at the foreseen shape, which `self.here` evaluates. False if that cannot be done.
-    pub(super) fn set_out(&mut self, foreseen: &Polygon) -> bool {
-        if !self.dissipation.take(&foreseen.x, &foreseen.y, &self.here) {
+    pub(super) fn set_out(&mut self, foreseen: &Polygon, origin: [f64; 2]) -> bool {
+        if !self.dissipation.take(foreseen, origin, &self.here, &self.even) {
             return false;
         }
         self.dissipation.fill(&mut self.full.values, self.full.width);
