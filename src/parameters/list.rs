@@ -241,7 +241,7 @@ mod tests {
     fn samples(parameter: &Parameter) -> Vec<Value> {
         let words = parameter.domain.words().iter().map(|word| Value::Word(word));
         let words = words.filter(|word| !parameter.is_open(*word));
-        let numbers = [0.25, 1.5, -0.5, 30.0, 256.0].into_iter().filter_map(|number| parameter.domain.number(number));
+        let numbers = [0.25, 1.5, -0.5, 30.0, 256.0, 0.001].into_iter().filter_map(|number| parameter.domain.number(number));
         words.chain(numbers.map(Value::Number)).collect()
     }
 
