@@ -34,6 +34,8 @@ struct ArmedFolder {
     unflushed: Vec<PathBuf>,
     /// Names given, `(from, to)`, in folders not flushed since.
     renamed: Vec<(PathBuf, PathBuf)>,
+    /// Second names of files, in folders not flushed since.
+    linked: Vec<PathBuf>,
     /// Files removed, with their bytes, in folders not flushed since.
     removed: Vec<(PathBuf, Vec<u8>)>,
 }
@@ -56,6 +58,7 @@ pub(in crate::store) fn arm(folder: &Path, at: usize, fault: Fault, copy: &Path)
         dead: false,
         unflushed: Vec::new(),
         renamed: Vec::new(),
+        linked: Vec::new(),
         removed: Vec::new(),
     });
 }
@@ -99,6 +102,7 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
             armed.unflushed.retain(|other| other != path);
             armed.unflushed.push(path.to_owned());
         }
+        Operation::Link => armed.linked.push(path.to_owned()),
         Operation::Sync => armed.unflushed.retain(|other| other != path),
         Operation::RenameTo(to) => {
             for file in armed.unflushed.iter_mut().filter(|file| file.as_path() == path) {
@@ -108,9 +112,10 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
         }
         Operation::SyncFolder => {
             armed.renamed.retain(|(_, to)| to.parent() != Some(path));
+            armed.linked.retain(|file| file.parent() != Some(path));
             armed.removed.retain(|(file, _)| file.parent() != Some(path));
         }
-        Operation::CreateFolder | Operation::Remove | Operation::Commit => {}
+        Operation::CreateFolder | Operation::RemoveFolder | Operation::Remove | Operation::Commit => {}
     }
     if armed.count != armed.at || armed.fault == Fault::Error {
         return Ok(());
@@ -130,6 +135,9 @@ impl ArmedFolder {
         for path in self.unflushed.iter().map(|path| in_copy(path)).filter(|path| path.exists()) {
             let bytes = std::fs::read(&path)?;
             std::fs::write(&path, &bytes[..bytes.len() / 2])?;
+        }
+        for path in self.linked.iter().map(|path| in_copy(path)).filter(|path| path.exists()) {
+            std::fs::remove_file(path)?;
         }
         for (from, to) in self.renamed.iter().rev() {
             if in_copy(to).exists() {
