@@ -8,9 +8,11 @@ use std::path::{Path, PathBuf};
 /// Arguments of `forget`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Jobs that another campaign of the store plans too stay, and belong to that one. All else that the campaign brought goes
-to DIR/quarantine/forgotten-NAME-NUMBER, a store of its own: `meniscus query` asks it, and moving that folder away makes
-it a store like any other. `meniscus run` with the same campaign file computes it anew, with the same bits.")]
+Jobs that another campaign of the store plans too stay, and belong to that one.
+All else that the campaign brought goes to a store of its own,
+DIR/quarantine/forgotten-CAMPAIGN-NUMBER: `meniscus query` asks it, and moving
+that folder away makes it a store like any other. `meniscus run` with the same
+campaign file computes it anew, with the same bits.")]
 pub(super) struct Arguments {
     /// The store
     store: PathBuf,

@@ -105,9 +105,8 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
         Operation::Link => armed.linked.push(path.to_owned()),
         Operation::Sync => armed.unflushed.retain(|other| other != path),
         Operation::RenameTo(to) => {
-            for file in armed.unflushed.iter_mut().filter(|file| file.as_path() == path) {
-                *file = to.to_owned();
-            }
+            let renamed = armed.renamed.iter_mut().flat_map(|(from, to)| [from, to]);
+            armed.unflushed.iter_mut().chain(&mut armed.linked).chain(renamed).for_each(|file| follow(file, path, to));
             armed.renamed.push((path.to_owned(), to.to_owned()));
         }
         Operation::SyncFolder => {
@@ -126,6 +125,13 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
         armed.lose_power()?;
     }
     Err(refusal())
+}
+
+/// The path of a file after it, or a folder that it is in, got another name.
+fn follow(file: &mut PathBuf, from: &Path, to: &Path) {
+    if let Ok(within) = file.strip_prefix(from) {
+        *file = to.components().chain(within.components()).collect();
+    }
 }
 
 impl ArmedFolder {

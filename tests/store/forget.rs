@@ -274,6 +274,13 @@ fn fits_made_with_runs_that_go_go_too_and_others_stay() {
     let fits = "SELECT * FROM lambda_fits JOIN speed_averages USING (point_id) ORDER BY point_id";
     assert_eq!(csv(dir.path(), fits), csv(alone.path(), fits));
     assert_eq!(fitted(&place), [["1.0,5", "2.0,5"], ["1.0,5", "2.0,5"]]);
+
+    // Where only jobs without a result go, the fits are as right as they were.
+    let more = campaign("more", "[2.0]", "runs_per_point = 9");
+    run(dir.path(), &more, 0..9, 4..9, 5);
+    assert_eq!(forgettable(dir.path(), "more").unwrap().fits, 0);
+    forgotten(dir.path(), "more");
+    assert_eq!(csv(dir.path(), fits), csv(alone.path(), fits));
 }
 
 #[test]

@@ -7,7 +7,7 @@
 use crate::campaign::file::{Block, Campaign};
 use crate::store::write::catalogue::JobSpan;
 use rusqlite::Connection;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -30,6 +30,15 @@ pub(super) struct Heritage {
     pub job: i64,
     pub campaign: i64,
     pub block: Rc<str>,
+}
+
+/// Points that lose something, by keys in the database.
+#[derive(Debug)]
+pub(super) struct Points {
+    /// Those that no job is left of.
+    pub gone: Vec<i64>,
+    /// Those that lose a result, or all: their fits were made with what goes.
+    pub fitted: Vec<i64>,
 }
 
 /// How much of a sample file belongs to jobs that go.
@@ -106,18 +115,27 @@ impl Division {
         }
     }
 
-    /// The points of the jobs that go, with the number of jobs that each has left.
-    pub(super) fn points(&self, conn: &Connection) -> rusqlite::Result<BTreeMap<i64, u64>> {
-        let mut point = conn.prepare("SELECT point FROM jobs WHERE key = ?1")?;
-        let mut gone: BTreeMap<i64, u64> = BTreeMap::new();
+    /// The points that lose something.
+    pub(super) fn points(&self, conn: &Connection) -> rusqlite::Result<Points> {
+        let mut find = conn.prepare("SELECT point, state = 'done' FROM jobs WHERE key = ?1")?;
+        let mut lost: BTreeMap<i64, i64> = BTreeMap::new();
+        let mut fitted = BTreeSet::new();
         for job in &self.jobs {
-            *gone.entry(point.query_row([job], |row| row.get(0))?).or_default() += 1;
+            let (point, has_result) = find.query_row([job], |row| Ok((row.get(0)?, row.get(1)?)))?;
+            *lost.entry(point).or_default() += 1;
+            if has_result {
+                fitted.insert(point);
+            }
         }
         let mut count = conn.prepare("SELECT count(*) FROM jobs WHERE point = ?1")?;
-        for (point, jobs) in &mut gone {
-            *jobs = count.query_row([point], |row| row.get::<_, i64>(0))? as u64 - *jobs;
+        let mut gone = Vec::new();
+        for (point, lost) in lost {
+            if count.query_row([point], |row| row.get::<_, i64>(0))? == lost {
+                gone.push(point);
+            }
         }
-        Ok(gone)
+        fitted.extend(&gone);
+        Ok(Points { gone, fitted: fitted.into_iter().collect() })
     }
 }
 

@@ -151,10 +151,10 @@ fn describe(conn: &Connection, division: &Division) -> rusqlite::Result<Forgotte
         forgotten.jobs.add(state.query_row([job], |row| row.get::<_, String>(0))?.as_str(), 1);
     }
     let points = division.points(conn)?;
-    forgotten.points = points.values().filter(|left| **left == 0).count() as u64;
+    forgotten.points = points.gone.len() as u64;
     for (table, column) in schema::references(conn, "points")?.iter().filter(|(table, _)| table != "jobs") {
         let mut fits = conn.prepare(&format!("SELECT count(*) FROM {table} WHERE {column} = ?1"))?;
-        for point in points.keys() {
+        for point in &points.fitted {
             forgotten.fits += fits.query_row([point], |row| row.get::<_, i64>(0))? as u64;
         }
     }

@@ -43,11 +43,11 @@ fn remove(conn: &Connection, division: &Division, rewritten: &[Rewritten<'_>]) -
         delete(conn, &table, &column, division.jobs.iter())?;
     }
     delete(conn, "jobs", "key", division.jobs.iter())?;
-    // A fit was made with runs that go; the next `fit` makes it from those that are left.
+    // These fits were made with runs that go; the next `fit` makes them from those that are left.
     for (table, column) in references(conn, "points")?.iter().filter(|(table, _)| table != "jobs") {
-        delete(conn, table, column, points.keys())?;
+        delete(conn, table, column, points.fitted.iter())?;
     }
-    delete(conn, "points", "key", points.iter().filter(|(_, left)| **left == 0).map(|(point, _)| point))?;
+    delete(conn, "points", "key", points.gone.iter())?;
     rewritten.iter().try_for_each(|file| file.swap(conn))?;
     division.campaigns.iter().try_for_each(|campaign| settle_runs(conn, *campaign))?;
     delete(conn, "campaigns", "key", division.campaigns.iter())
