@@ -15,6 +15,8 @@ mod compact;
 mod crash;
 #[path = "store/export.rs"]
 mod export;
+#[path = "store/forget.rs"]
+mod forget;
 #[path = "store/make.rs"]
 mod make;
 #[path = "store/query.rs"]

@@ -8,6 +8,7 @@ mod deadline;
 mod effort;
 mod export;
 mod fit;
+mod forget;
 mod keys;
 mod manual;
 mod output;
@@ -67,6 +68,8 @@ enum Command {
     Render(render::Arguments),
     /// Check a store: checksums, counts, rows, orphans; with --repair put it right
     Check(check::Arguments),
+    /// Take a campaign out of a store, into its quarantine; nothing is lost
+    Forget(forget::Arguments),
     /// Measure what accuracy costs: errors, orders, and error against time
     Accuracy(accuracy::Arguments),
     /// Run what a failed job left behind, and see whether it fails again
@@ -114,6 +117,7 @@ impl Cli {
             Command::Fit(arguments) => arguments.run(self.quiet),
             Command::Render(arguments) => arguments.run(self.quiet),
             Command::Check(arguments) => arguments.run(self.quiet),
+            Command::Forget(arguments) => arguments.run(self.quiet),
             Command::Accuracy(arguments) => arguments.run(self.quiet),
             Command::Replay(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(self.quiet),

@@ -17,7 +17,9 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operation<'a> {
     CreateFolder,
+    RemoveFolder,
     Create,
+    Link,
     Write,
     Sync,
     SyncFolder,
@@ -56,6 +58,14 @@ pub(super) fn create_folder(path: &Path) -> Result<(), StoreError> {
     act(Operation::CreateFolder, path, || std::fs::create_dir_all(path))
 }
 
+/// Removes a folder with all that is in it, if it is there.
+pub(super) fn remove_folder(path: &Path) -> Result<(), StoreError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    act(Operation::RemoveFolder, path, || std::fs::remove_dir_all(path))
+}
+
 /// Creates a file, or empties the one that is there.
 pub(super) fn create(path: &Path) -> Result<File, StoreError> {
     act(Operation::Create, path, || File::create(path))
@@ -89,6 +99,14 @@ pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
     let mut file = create(to)?;
     act(Operation::Write, to, || std::io::copy(&mut source, &mut file))?;
     sync(&file, to)
+}
+
+/// Gives a file a second name, or makes a copy where the file system has no second names. When this returns the bytes
+/// are safely on disk; the name is so only after [`sync_folder`].
+pub(super) fn link(from: &Path, to: &Path) -> Result<(), StoreError> {
+    // The file that a symbolic link leads to, so that the new name does not depend on where it stands.
+    let linked = act(Operation::Link, to, || std::fs::hard_link(std::fs::canonicalize(from)?, to));
+    if linked.is_ok() { linked } else { copy(from, to) }
 }
 
 /// Gives a file another name, and replaces what had that name.

@@ -23,12 +23,25 @@ pub enum StoreError {
         way_out: &'static str,
     },
     /// Another process writes this store.
-    #[error("{} is in use by {holder}: wait for it, stop it, or name another folder with --store", typed(dir))]
+    #[error(
+        "{} is in use by {holder}: wait for it or stop it; `run` can use another folder meanwhile, with --store",
+        typed(dir)
+    )]
     Locked {
         /// Folder of the store.
         dir: PathBuf,
         /// Who holds it.
         holder: Holder,
+    },
+    /// No campaign of the store has this name or id.
+    #[error("{} has no campaign `{asked}`; it has {known}", typed(dir))]
+    NoCampaign {
+        /// Folder of the store.
+        dir: PathBuf,
+        /// What was asked for.
+        asked: String,
+        /// The campaigns that there are, in words.
+        known: String,
     },
     /// A later program wrote this store.
     #[error(

@@ -80,6 +80,12 @@ pub(super) fn aside_dir(dir: &Path) -> PathBuf {
     dir.join("aside")
 }
 
+/// Where a campaign that is being forgotten is copied to, until the copy is whole. What stands here stands in the store
+/// too.
+pub(super) fn forgetting_dir(dir: &Path) -> PathBuf {
+    dir.join("forgetting")
+}
+
 /// Where the dump of a failed job stands, within the store.
 pub(super) fn dump_path(job: JobId) -> String {
     format!("dumps/{job}.ckpt")

@@ -7,7 +7,8 @@
 //!     aside/         sample files on their way in (being written) or out (merged into others)
 //!     checkpoints/   unfinished trajectories
 //!     dumps/         what failed jobs left to be replayed
-//!     quarantine/    files that were of no use, and what a repair put aside; made when it is needed
+//!     quarantine/    files that were of no use, what a repair put aside, forgotten campaigns; made when it is needed
+//!     forgetting/    a campaign while it is copied into quarantine
 //!     store.db.seal  hashes of the closed database; there only while nobody writes
 //!     lock           held by the one process that writes
 //!     readers        held, shared, by those that read samples
@@ -55,7 +56,7 @@
 //! # What to read first
 //!
 //! `write/commit.rs` is the heart. Then `schema/` and `migrations/` for the tables, `read/query.rs` for the way out.
-//! Each folder may import those above it: the files here, then `schema`, `read`, `write`, `check`.
+//! Each folder may import those above it: the files here, then `schema`, `read`, `write`, `check`, `forget`.
 
 mod aside;
 pub mod checkpoint_file;
@@ -78,6 +79,8 @@ mod write;
 
 mod check;
 
+mod forget;
+
 // A unit test, because it needs the seam in `disk`; it stands with the other tests of the store.
 #[cfg(test)]
 #[path = "../../tests/store/every_fault.rs"]
@@ -87,6 +90,7 @@ pub use check::{CheckReport, Finding, check, repair};
 pub use deadline::Deadline;
 pub use error::StoreError;
 pub(crate) use folders::{Folders, around, is_there};
+pub use forget::{Forgotten, forget, forgettable};
 pub use holder::Holder;
 pub use read::export::{ExportedFile, export};
 pub use read::fits::point_runs;

@@ -1,4 +1,5 @@
-//! `quarantine/`: where a repair puts what is broken. The program never reads, replaces or removes anything in it.
+//! `quarantine/`: where a repair puts what is broken, and where forgotten campaigns lie. The program never replaces or
+//! removes anything in it, and reads it only when it is named as a store.
 
 use crate::store::disk;
 use crate::store::error::StoreError;
@@ -16,6 +17,28 @@ pub(super) fn place_for(dir: &Path, path: &Path) -> Result<PathBuf, StoreError> 
     let names = std::iter::once(name.clone()).chain((2..).map(|number| format!("{name}.{number}")));
     let free = names.map(|name| folder.join(name)).find(|place| !place.exists());
     free.ok_or_else(|| StoreError::io(&folder)(std::io::Error::other("no free name is left")))
+}
+
+/// What the names of forgotten campaigns begin with.
+const FORGOTTEN: &str = "forgotten-";
+
+/// A free name in quarantine for the store of a forgotten campaign: its name and a number.
+pub(super) fn place_for_campaign(dir: &Path, name: &str) -> Result<PathBuf, StoreError> {
+    let folder = folder(dir);
+    disk::create_folder(&folder)?;
+    // A database may hold names that no campaign file may have.
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "_-.".contains(c) { c } else { '_' };
+    let name: String = name.chars().take(64).map(plain).collect();
+    let free = (1..).map(|number| folder.join(format!("{FORGOTTEN}{name}-{number}"))).find(|place| !place.exists());
+    free.ok_or_else(|| StoreError::io(&folder)(std::io::Error::other("no free name is left")))
+}
+
+/// Whether the store of a forgotten campaign has a file of this name in this one of its folders.
+pub(super) fn is_forgotten(dir: &Path, file: &Path) -> bool {
+    let (Some(part), Some(name)) = (file.parent().and_then(Path::file_name), file.file_name()) else { return false };
+    let stores = std::fs::read_dir(folder(dir)).into_iter().flatten().flatten();
+    let mut forgotten = stores.filter(|store| store.file_name().to_string_lossy().starts_with(FORGOTTEN));
+    forgotten.any(|store| store.path().join(part).join(name).exists())
 }
 
 /// Moves a file into quarantine; returns where it is now.

@@ -212,6 +212,24 @@ fn to_arrow(jobs: &[(JobId, &Samples)]) -> parquet::errors::Result<RecordBatch> 
     Ok(RecordBatch::try_new(schema(), columns)?)
 }
 
+/// Compares the bytes of the file that the catalogue of the store in `dir` calls `path` with its checksum.
+///
+/// # Errors
+/// [`StoreError::Damaged`] if they differ or the file is missing; [`StoreError::Io`].
+pub(super) fn verify(dir: &Path, path: &str, checksum: &str) -> Result<(), StoreError> {
+    let damaged = |problem: &str| StoreError::Damaged { path: dir.join(path), problem: problem.to_owned() };
+    let file = match aside::open(dir, path) {
+        Err(StoreError::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+            return Err(damaged("it is missing"));
+        }
+        opened => opened?,
+    };
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(file).map_err(StoreError::io(&dir.join(path)))?;
+    let is_sound = hasher.finalize().to_hex().as_str() == checksum;
+    if is_sound { Ok(()) } else { Err(damaged("its bytes do not match the checksum in the catalogue")) }
+}
+
 /// A sample file whose footer is read: cheap to clone, ready to read rows.
 #[derive(Clone, Debug)]
 pub(super) struct OpenFile {

@@ -168,7 +168,7 @@ pub(super) fn remove(dir: &Path) -> Result<(), StoreError> {
 }
 
 /// Seals the database of the store in `dir`, unless somebody has it open: then there is a log.
-fn close(dir: &Path) -> Result<(), StoreError> {
+pub(super) fn close(dir: &Path) -> Result<(), StoreError> {
     if log(dir).exists() || !database(dir).exists() {
         return Ok(());
     }

@@ -114,6 +114,14 @@ fn a_listing_of_samples_never_shows_a_row_twice_nor_a_file_that_is_not_whole() {
     assert_eq!(listed(dir.path()).unwrap().len(), 60);
 }
 
+/// The rows of samples, as a query has them during which something else happens.
+pub fn rows_with_something_between(dir: &Path, meanwhile: impl FnMut()) -> Vec<String> {
+    let mut reader = Interrupted { seen: Vec::new(), meanwhile: Some(meanwhile) };
+    query(dir, "SELECT * FROM samples", Format::Csv, &mut reader).unwrap();
+    assert!(reader.meanwhile.is_none(), "it happened");
+    String::from_utf8(reader.seen).unwrap().lines().skip(1).map(str::to_owned).collect()
+}
+
 #[test]
 fn a_stalled_reader_keeps_no_superseded_file_in_the_folder() {
     let dir = scratch();
@@ -123,9 +131,22 @@ fn a_stalled_reader_keeps_no_superseded_file_in_the_folder() {
         let rows = listed(dir.path()).unwrap();
         assert_eq!((rows.len(), rows.values().sum::<usize>()), (9, 9 * ROWS));
     };
-    let mut reader = Interrupted { seen: Vec::new(), meanwhile: Some(meanwhile) };
-    query(dir.path(), "SELECT * FROM samples", Format::Csv, &mut reader).unwrap();
-    assert!(reader.meanwhile.is_none());
+    rows_with_something_between(dir.path(), meanwhile);
+}
+
+#[test]
+fn a_damaged_file_is_not_merged_into_one_that_would_vouch_for_it() {
+    let dir = scratch();
+    commit_one_by_one(dir.path(), 0..3);
+    let path = dir.path().join(&csv(dir.path(), "SELECT path FROM sample_files")[0]);
+    let mut bytes = std::fs::read(&path).unwrap();
+    let last = bytes.len() / 2;
+    bytes[last] ^= 4;
+    std::fs::write(&path, bytes).unwrap();
+    commit_one_by_one(dir.path(), 3..5);
+    assert!(path.exists());
+    let problems: Vec<_> = check(dir.path()).unwrap().findings.into_iter().map(|finding| finding.problem).collect();
+    assert_eq!(problems, ["its bytes do not match the checksum in the catalogue (1 jobs)"]);
 }
 
 #[test]

@@ -44,7 +44,15 @@ struct TinyCampaign {
 }
 
 fn tiny_campaign() -> TinyCampaign {
-    let campaign = Campaign::parse("tiny.toml", CAMPAIGN).unwrap();
+    let mut tiny = computed(CAMPAIGN);
+    // One of them fails.
+    let outline = tiny.results[4].1.as_ref().unwrap().outlines.last().cloned().map(Box::new);
+    tiny.results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, outline });
+    tiny
+}
+
+fn computed(text: &str) -> TinyCampaign {
+    let campaign = Campaign::parse("tiny.toml", text).unwrap();
     let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
     let block = &campaign.blocks[0];
     let mut results = Vec::new();
@@ -56,9 +64,6 @@ fn tiny_campaign() -> TinyCampaign {
             results.push((job.id(), result.map(|trajectory| trajectory.expect("nobody stopped it"))));
         }
     }
-    // One of them fails.
-    let outline = results[4].1.as_ref().unwrap().outlines.last().cloned().map(Box::new);
-    results[4].1 = Err(Failure { class: FailureClass::Unstable, reason: "made to".to_owned(), step: 7, outline });
     TinyCampaign { campaign, results }
 }
 
@@ -313,4 +318,68 @@ fn an_upgrade_survives_a_fault_at_every_operation() {
     });
     println!("{points} operations of an upgrade, each wrong in 3 ways");
     assert!(points > 8, "{points}");
+}
+
+/// Another campaign, which plans two of the jobs of the first, and two of its own.
+fn other_campaign() -> TinyCampaign {
+    let text = CAMPAIGN.replace("\"tiny\"", "\"other\"").replace("runs_per_point = 3", "runs_per_point = 2");
+    computed(&text.replace("e_w = [1.0, 30.0]", "e_w = [1.0, 10.0]"))
+}
+
+/// The stores of forgotten campaigns.
+fn forgotten(dir: &Path) -> Vec<std::path::PathBuf> {
+    let stores = std::fs::read_dir(dir.join("quarantine")).into_iter().flatten();
+    stores.map(|store| store.unwrap().path()).collect()
+}
+
+#[test]
+fn forgetting_a_campaign_survives_a_fault_at_every_operation() {
+    let (tiny, other) = (tiny_campaign(), other_campaign());
+    // Sample files of one campaign alone and of both, a failed job with its dump, an unfinished one with its checkpoint.
+    let both = |dir: &Path| {
+        tiny.run(dir, 3).unwrap();
+        other.run(dir, usize::MAX).unwrap();
+        tiny.run(dir, 2).unwrap();
+        checkpoint_file::write(&Folders::of(dir).dumps(), tiny.results[4].0, b"how it failed").unwrap();
+    };
+    let (whole, alone) = (scratch(), scratch());
+    both(whole.path());
+    other.run(alone.path(), usize::MAX).unwrap();
+    let (everything, rest) = (contents(whole.path()), contents(alone.path()));
+    let files_of_jobs = |dir: &Path| {
+        let folders = Folders::of(dir);
+        [folders.dumps(), folders.checkpoints()].map(|folder| std::fs::read_dir(folder).unwrap().count())
+    };
+    assert_eq!(files_of_jobs(whole.path()), [1, 1]);
+    let told = forget(whole.path(), "tiny").unwrap().0;
+    assert!(told.files > 0 && told.files_rewritten > 0 && told.handed_over["other"] == 2, "{told:?}");
+    let kept = contents(&forgotten(whole.path())[0]);
+    assert!(contents(whole.path()) == rest && kept[0].contains("failed"));
+    let points = at_every_operation(
+        both,
+        |dir| forget(dir, "tiny").map(drop),
+        |dir, _, place| {
+            drop(Store::open(dir).unwrap_or_else(|error| panic!("{place}: {error}")));
+            assert_eq!(check(dir).unwrap().findings, [], "{place}");
+            let (left, files) = (contents(dir), files_of_jobs(dir));
+            let is_whole = (left == everything, files == [1, 1]);
+            let is_rest = (left == rest, files == [0, 0]);
+            assert!(is_whole == (true, true) || is_rest == (true, true), "{place}: {is_whole:?} {is_rest:?}");
+            assert!(!dir.join("forgetting").exists(), "{place}");
+            if left == everything {
+                forget(dir, "tiny").unwrap_or_else(|error| panic!("{place}: {error}"));
+            }
+            assert!(matches!(forget(dir, "tiny"), Err(StoreError::NoCampaign { .. })), "{place}");
+            assert!(contents(dir) == rest, "{place}: another campaign lost something");
+            assert_eq!(check(dir).unwrap().findings, [], "{place}");
+            for store in forgotten(dir) {
+                assert_eq!(check(&store).unwrap().findings, [], "{place}");
+                assert!(contents(&store) == kept && files_of_jobs(&store) == [1, 1], "{place}: {}", store.display());
+            }
+            tiny.run(dir, 3).unwrap();
+            assert!(contents(dir) == everything, "{place}: what was forgotten is not computed as before");
+        },
+    );
+    println!("{points} operations of forgetting a campaign, each wrong in 3 ways");
+    assert!(points > 30, "{points}");
 }

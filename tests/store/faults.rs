@@ -34,6 +34,8 @@ struct ArmedFolder {
     unflushed: Vec<PathBuf>,
     /// Names given, `(from, to)`, in folders not flushed since.
     renamed: Vec<(PathBuf, PathBuf)>,
+    /// Second names of files, in folders not flushed since.
+    linked: Vec<PathBuf>,
     /// Files removed, with their bytes, in folders not flushed since.
     removed: Vec<(PathBuf, Vec<u8>)>,
 }
@@ -56,6 +58,7 @@ pub(in crate::store) fn arm(folder: &Path, at: usize, fault: Fault, copy: &Path)
         dead: false,
         unflushed: Vec::new(),
         renamed: Vec::new(),
+        linked: Vec::new(),
         removed: Vec::new(),
     });
 }
@@ -99,18 +102,19 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
             armed.unflushed.retain(|other| other != path);
             armed.unflushed.push(path.to_owned());
         }
+        Operation::Link => armed.linked.push(path.to_owned()),
         Operation::Sync => armed.unflushed.retain(|other| other != path),
         Operation::RenameTo(to) => {
-            for file in armed.unflushed.iter_mut().filter(|file| file.as_path() == path) {
-                *file = to.to_owned();
-            }
+            let renamed = armed.renamed.iter_mut().flat_map(|(from, to)| [from, to]);
+            armed.unflushed.iter_mut().chain(&mut armed.linked).chain(renamed).for_each(|file| follow(file, path, to));
             armed.renamed.push((path.to_owned(), to.to_owned()));
         }
         Operation::SyncFolder => {
             armed.renamed.retain(|(_, to)| to.parent() != Some(path));
+            armed.linked.retain(|file| file.parent() != Some(path));
             armed.removed.retain(|(file, _)| file.parent() != Some(path));
         }
-        Operation::CreateFolder | Operation::Remove | Operation::Commit => {}
+        Operation::CreateFolder | Operation::RemoveFolder | Operation::Remove | Operation::Commit => {}
     }
     if armed.count != armed.at || armed.fault == Fault::Error {
         return Ok(());
@@ -123,6 +127,13 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
     Err(refusal())
 }
 
+/// The path of a file after it, or a folder that it is in, got another name.
+fn follow(file: &mut PathBuf, from: &Path, to: &Path) {
+    if let Ok(within) = file.strip_prefix(from) {
+        *file = to.components().chain(within.components()).collect();
+    }
+}
+
 impl ArmedFolder {
     /// Undoes in the copy what was not flushed.
     fn lose_power(&self) -> std::io::Result<()> {
@@ -130,6 +141,9 @@ impl ArmedFolder {
         for path in self.unflushed.iter().map(|path| in_copy(path)).filter(|path| path.exists()) {
             let bytes = std::fs::read(&path)?;
             std::fs::write(&path, &bytes[..bytes.len() / 2])?;
+        }
+        for path in self.linked.iter().map(|path| in_copy(path)).filter(|path| path.exists()) {
+            std::fs::remove_file(path)?;
         }
         for (from, to) in self.renamed.iter().rev() {
             if in_copy(to).exists() {

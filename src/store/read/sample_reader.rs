@@ -5,9 +5,9 @@
 
 use crate::store::error::StoreError;
 use crate::store::folders::database;
+use crate::store::lock;
 use crate::store::read::open_existing;
-use crate::store::sample_file::{OpenFile, PAGE_ROWS};
-use crate::store::{aside, lock};
+use crate::store::sample_file::{OpenFile, PAGE_ROWS, verify};
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_select::concat::concat_batches;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
@@ -142,15 +142,7 @@ impl State {
             let mut statement = self.conn.prepare_cached("SELECT checksum FROM sample_files WHERE path = ?1")?;
             statement.query_row([path], |row| row.get::<_, String>(0))
         };
-        let checksum = find().map_err(StoreError::sql(&database(dir)))?;
-        let mut hasher = blake3::Hasher::new();
-        let file = aside::open(dir, path)?;
-        let path = dir.join(path);
-        hasher.update_reader(file).map_err(StoreError::io(&path))?;
-        if hasher.finalize().to_hex().as_str() == checksum {
-            return Ok(());
-        }
-        Err(StoreError::Damaged { path, problem: "its bytes do not match the checksum in the catalogue".to_owned() })
+        verify(dir, path, &find().map_err(StoreError::sql(&database(dir)))?)
     }
 
     fn footer(&mut self, dir: &Path, path: &str) -> Result<OpenFile, StoreError> {

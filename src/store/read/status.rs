@@ -50,7 +50,7 @@ impl StateCounts {
         self.pending + self.running + self.done + self.failed
     }
 
-    fn add(&mut self, state: &str, jobs: u64) {
+    pub(in crate::store) fn add(&mut self, state: &str, jobs: u64) {
         match state {
             "running" => self.running += jobs,
             "done" => self.done += jobs,

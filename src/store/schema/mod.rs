@@ -144,6 +144,15 @@ pub(super) fn copy_to(conn: &Connection, path: &Path, copy: &Path) -> Result<(),
     disk::sync(&file, copy)
 }
 
+/// The tables and columns that refer to rows of the table `parent`.
+pub(super) fn references(conn: &Connection, parent: &str) -> rusqlite::Result<Vec<(String, String)>> {
+    let mut statement = conn.prepare(
+        "SELECT tables.name, keys.\"from\" FROM sqlite_master AS tables JOIN pragma_foreign_key_list(tables.name) AS keys
+         WHERE tables.type = 'table' AND keys.\"table\" = ?1 ORDER BY tables.name",
+    )?;
+    statement.query_map([parent], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+}
+
 /// The tables, indices and views of a database that are not declared as in a store of this schema, by name.
 pub(super) fn differences(conn: &Connection, version: usize) -> rusqlite::Result<Vec<String>> {
     let model = Connection::open_in_memory()?;

@@ -50,7 +50,7 @@ pub(super) fn compact(store: &mut Store, full: usize) -> Result<(), StoreError> 
 /// A file that is merged into another, and whose rows it holds.
 struct OldFile<'a> {
     key: i64,
-    path: &'a str,
+    file: &'a SampleFile,
     jobs: Vec<JobSpan>,
 }
 
@@ -60,22 +60,63 @@ pub(in crate::store) fn merge<'a>(
     files: impl Iterator<Item = &'a CataloguedFile>,
 ) -> Result<(), StoreError> {
     let path = database(&store.dir);
-    let old = files
-        .map(|listed| Ok(OldFile { key: listed.key, path: &listed.file.path, jobs: listed.jobs(&store.conn)? }))
-        .collect::<rusqlite::Result<Vec<_>>>()
-        .map_err(StoreError::sql(&path))?;
-    let is_empty = old.iter().flat_map(|file| &file.jobs).all(|job| job.rows.is_empty());
-    let new = if is_empty { None } else { Some(write(store, &old)?) };
+    let merged = Rewritten::of(store, files, |_| true)?;
     let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
-    swap(&transaction, &old, new.as_ref()).map_err(StoreError::sql(&path))?;
+    merged.swap(&transaction).map_err(StoreError::sql(&path))?;
     disk::commit(transaction, &path)
+}
+
+/// Files whose rows were written anew as one file, which is safely on disk, but aside.
+pub(in crate::store) struct Rewritten<'a> {
+    old: Vec<OldFile<'a>>,
+    /// None if there are no rows.
+    new: Option<SampleFile>,
+}
+
+impl<'a> Rewritten<'a> {
+    /// Writes the rows of some files anew, of those jobs that are kept.
+    pub(in crate::store) fn of(
+        store: &Store,
+        files: impl Iterator<Item = &'a CataloguedFile>,
+        is_kept: impl Fn(i64) -> bool,
+    ) -> Result<Self, StoreError> {
+        let read = |listed: &'a CataloguedFile| -> rusqlite::Result<_> {
+            let mut jobs = listed.jobs(&store.conn)?;
+            jobs.retain(|job| is_kept(job.key));
+            Ok(OldFile { key: listed.key, file: &listed.file, jobs })
+        };
+        let old =
+            files.map(read).collect::<rusqlite::Result<Vec<_>>>().map_err(StoreError::sql(&database(&store.dir)))?;
+        let is_empty = old.iter().flat_map(|file| &file.jobs).all(|job| job.rows.is_empty());
+        // Else the new file would vouch for damaged numbers.
+        for OldFile { file, .. } in old.iter().filter(|old| !old.jobs.is_empty()) {
+            sample_file::verify(&store.dir, &file.path, &file.checksum)?;
+        }
+        let new = if is_empty { None } else { Some(write(store, &old)?) };
+        Ok(Self { old, new })
+    }
+
+    /// Puts the new file into the catalogue in place of the old ones, which no job that is not kept may name any more.
+    pub(in crate::store) fn swap(&self, conn: &Connection) -> rusqlite::Result<()> {
+        if let Some(new) = &self.new {
+            let key = catalogue::add(conn, new)?;
+            let mut update = conn.prepare_cached("UPDATE sample_index SET file = ?2, first_row = ?3 WHERE job = ?1")?;
+            let mut first_row = 0;
+            for JobSpan { key: job, rows, .. } in self.old.iter().flat_map(|file| &file.jobs) {
+                update.execute((job, key, first_row as i64))?;
+                first_row += rows.len();
+            }
+        }
+        let mut delete = conn.prepare_cached("DELETE FROM sample_files WHERE key = ?1")?;
+        self.old.iter().try_for_each(|file| delete.execute([file.key]).map(drop))
+    }
 }
 
 fn write(store: &Store, old: &[OldFile<'_>]) -> Result<SampleFile, StoreError> {
     let mut failed = None;
     let written = sample_file::write_aside(&store.dir, |writer| {
-        for OldFile { path, jobs, .. } in old {
-            let open = OpenFile::open(&store.dir, path).map_err(|error| keep(&mut failed, error))?;
+        for OldFile { file, jobs, .. } in old {
+            let open = OpenFile::open(&store.dir, &file.path).map_err(|error| keep(&mut failed, error))?;
             for rows in stretches(jobs) {
                 for batch in open.read(rows, u64::MAX).map_err(|error| keep(&mut failed, error))? {
                     writer.write(&batch?)?;
@@ -104,20 +145,6 @@ fn keep(place: &mut Option<StoreError>, error: StoreError) -> parquet::errors::P
     let text = error.to_string();
     *place = Some(error);
     parquet::errors::ParquetError::General(text)
-}
-
-fn swap(conn: &Connection, old: &[OldFile<'_>], new: Option<&SampleFile>) -> rusqlite::Result<()> {
-    if let Some(new) = new {
-        let key = catalogue::add(conn, new)?;
-        let mut update = conn.prepare_cached("UPDATE sample_index SET file = ?2, first_row = ?3 WHERE job = ?1")?;
-        let mut first_row = 0;
-        for JobSpan { key: job, rows, .. } in old.iter().flat_map(|file| &file.jobs) {
-            update.execute((job, key, first_row as i64))?;
-            first_row += rows.len();
-        }
-    }
-    let mut delete = conn.prepare_cached("DELETE FROM sample_files WHERE key = ?1")?;
-    old.iter().try_for_each(|file| delete.execute([file.key]).map(drop))
 }
 
 #[cfg(test)]

@@ -75,6 +75,7 @@ impl Store {
                 quarantine::take(dir, &path)?;
             }
         }
+        orphans::remove_half_a_copy(&store)?;
         orphans::settle_samples(&store)?;
         orphans::remove_samples(&store)?;
         orphans::remove_checkpoints(&store)?;

@@ -1,10 +1,11 @@
-//! Files that no row of the database needs: what a crash left, and sample files that were merged into others.
+//! Files that no row of the database needs: what a crash left, sample files that were merged into others, and what
+//! forgotten campaigns left.
 
 use crate::parameters::JobId;
 use crate::store::error::StoreError;
-use crate::store::folders::{Folders, aside_dir, database, files_in, samples_dir};
+use crate::store::folders::{Folders, aside_dir, database, files_in, forgetting_dir, samples_dir};
 use crate::store::write::Store;
-use crate::store::{checkpoint_file, disk, lock};
+use crate::store::{checkpoint_file, disk, lock, quarantine};
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -64,7 +65,7 @@ pub(in crate::store) fn settle_samples(store: &Store) -> Result<(), StoreError> 
 
 /// Removes sample files that no row names. While readers may still look at some of them, it leaves all for the next
 /// time.
-pub(super) fn remove_samples(store: &Store) -> Result<(), StoreError> {
+pub(in crate::store) fn remove_samples(store: &Store) -> Result<(), StoreError> {
     let Some(_alone) = lock::without_readers(&store.dir)? else { return Ok(()) };
     for path in samples(&store.dir, &store.conn)? {
         tracing::debug!(file = %path.display(), "removing a sample file that no row names");
@@ -73,8 +74,15 @@ pub(super) fn remove_samples(store: &Store) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Removes half-written checkpoints, checkpoints of jobs that have ended, and dumps of jobs that have not failed.
-pub(super) fn remove_checkpoints(store: &Store) -> Result<(), StoreError> {
+/// Removes the copy of a campaign that was to be forgotten, where a crash came before the copy was whole: then nothing
+/// has gone from the store.
+pub(super) fn remove_half_a_copy(store: &Store) -> Result<(), StoreError> {
+    disk::remove_folder(&forgetting_dir(&store.dir))
+}
+
+/// Removes half-written checkpoints, checkpoints of jobs that have ended, dumps of jobs that have not failed, and both
+/// of jobs that were forgotten.
+pub(in crate::store) fn remove_checkpoints(store: &Store) -> Result<(), StoreError> {
     let (folders, sql) = (store.folders(), StoreError::sql);
     let path = database(&store.dir);
     let mut find = store.conn.prepare("SELECT state FROM jobs WHERE job_id = ?1").map_err(sql(&path))?;
@@ -83,8 +91,11 @@ pub(super) fn remove_checkpoints(store: &Store) -> Result<(), StoreError> {
             let is_orphan = match checkpoint_file::job_of(&file) {
                 Some(job) => {
                     let state = find.query_row([job.to_string()], |row| row.get::<_, String>(0)).optional();
-                    // A file of a job that is not known may be somebody else's.
-                    state.map_err(sql(&path))?.is_some_and(|state| !kept.contains(&state.as_str()))
+                    match state.map_err(sql(&path))? {
+                        Some(state) => !kept.contains(&state.as_str()),
+                        // A file of a job that is not known may be somebody else's.
+                        None => quarantine::is_forgotten(&store.dir, &file),
+                    }
                 }
                 None => file.to_string_lossy().ends_with(".ckpt.tmp"),
             };
@@ -98,7 +109,7 @@ pub(super) fn remove_checkpoints(store: &Store) -> Result<(), StoreError> {
 }
 
 /// Removes the checkpoints of jobs whose outcomes are committed.
-pub(super) fn forget_checkpoints(folders: &Folders, jobs: impl Iterator<Item = JobId>) {
+pub(super) fn clear_checkpoints(folders: &Folders, jobs: impl Iterator<Item = JobId>) {
     let folder = folders.checkpoints();
     for job in jobs {
         let path = checkpoint_file::path_of(&folder, job);

@@ -170,7 +170,7 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
         };
         let batch = std::mem::take(&mut pending).batch;
         unknown.extend(patiently_commit(&mut store, &batch, options)?);
-        orphans::forget_checkpoints(&store.folders(), batch.finished.iter().map(|finished| finished.job));
+        orphans::clear_checkpoints(&store.folders(), batch.finished.iter().map(|finished| finished.job));
         if let Err(error) = compact::compact(&mut store, options.merge) {
             // Nothing is lost: the small files stay.
             tracing::warn!(%error, "small sample files could not be merged; the next commit tries again");
