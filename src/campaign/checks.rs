@@ -131,7 +131,7 @@ fn fits_dynamics(point: &Point) -> Option<Breach> {
     if !DARCY_VERTICES.contains(&ring.n_vertices) {
         let (n, most) = (ring.n_vertices as f64, *DARCY_VERTICES.end() as f64);
         let message = format!("{n} vertices do not fit dynamics = \"darcy\", whose matrices are dense");
-        let help = "n_vertices must be a whole number from 16 to 512 there; 64 is as accurate as 1024 of \"vertex\"";
+        let help = "n_vertices must be a whole number from 16 to 512 there; left out, it is 64 to 192";
         return breach("n_vertices", (n / most).max(*DARCY_VERTICES.start() as f64 / n), message, help);
     }
     if !(1e-3..=10.0).contains(&point.stepping.dt) {

@@ -77,7 +77,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .auto("256; under dynamics = \"darcy\" 64, or up to 192 for soft droplets among obstacles"),
     parameter("e_w", "wall stiffness of the whole ring", field!(ring.e_w))
         .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma")
-        .auto("1e6 in channels, 1e4 elsewhere; 1e7 under dynamics = \"darcy\""),
+        .auto("1e6 in channels, 1e4 elsewhere; under dynamics = \"darcy\" 5e7 and 1e7, times gamma above 1, but at most 1e8"),
     parameter("e_w", "wall stiffness of the point", field!(soft.e_w))
         .of(SP).number(POSITIVE.up_to(1e4)).unit("g rho sigma^3").caption(),
     parameter("delta", "vertex diameter", field!(ring.delta))
@@ -241,7 +241,8 @@ mod tests {
     fn samples(parameter: &Parameter) -> Vec<Value> {
         let words = parameter.domain.words().iter().map(|word| Value::Word(word));
         let words = words.filter(|word| !parameter.is_open(*word));
-        let numbers = [0.25, 1.5, -0.5, 30.0, 256.0, 0.001].into_iter().filter_map(|number| parameter.domain.number(number));
+        let numbers =
+            [0.25, 1.5, -0.5, 30.0, 256.0, 0.001].into_iter().filter_map(|number| parameter.domain.number(number));
         words.chain(numbers.map(Value::Number)).collect()
     }
 

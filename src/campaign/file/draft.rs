@@ -7,8 +7,12 @@ use crate::campaign::file::{Estimate, Until};
 use crate::parameters::{Dynamics, GravityForm, IntegratorChoice, Model, Point, Scene, Soft, Value};
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
 
-/// The default of e_w under `dynamics = "darcy"`: a contact of a droplet of Gamma = 1 then gives way by 1e-5 sigma.
+/// The default of e_w under `dynamics = "darcy"`, up to Gamma = 1, and in proportion above: a contact then gives way by
+/// 1e-5 sigma. In channels it is five times as much, because the threshold of an orifice depends on a sharp tip.
 const HARD_WALL: f64 = 1e7;
+
+/// The largest e_w.
+const HARDEST: f64 = 1e8;
 
 /// The number of vertices under `dynamics = "darcy"`. Soft droplets drape themselves over obstacles, and their outline
 /// becomes several times as long; edges must stay short against an obstacle.
@@ -132,7 +136,8 @@ impl Draft {
         let Model::Deformable(ring) = &mut point.model else { return };
         if self.is_open("e_w") {
             ring.e_w = match (ring.dynamics, &point.scene) {
-                (Dynamics::Darcy, _) => HARD_WALL,
+                (Dynamics::Darcy, Scene::Channel(_)) => (5.0 * HARD_WALL * ring.gamma.max(1.0)).min(HARDEST),
+                (Dynamics::Darcy, _) => (HARD_WALL * ring.gamma.max(1.0)).min(HARDEST),
                 (Dynamics::Vertex, Scene::Channel(_)) => 1e6,
                 (Dynamics::Vertex, _) => 1e4,
             };

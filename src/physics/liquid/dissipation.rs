@@ -4,13 +4,14 @@
 //! droplet. An incompressible flow is the sum of the velocity V of the centroid and of a flow without first moment:
 //!
 //! ```text
-//! int |u|^2 = a |V|^2 + w^T Q w,   w_e = n_e . (v_i + v_{i+1})/2 - n_e . V
+//! int |u|^2 = a0 |V|^2 + w^T Q w,   w_e = n_e . (v_i + v_{i+1})/2 - n_e . V
 //! ```
 //!
 //! with the normal velocities w of the edges relative to the centroid, and Q of
 //! [`interior`](crate::physics::liquid::interior). So a body that moves rigidly feels exactly `b_inf V`, whatever its
 //! shape.
 
+use crate::parameters::MASS;
 use crate::physics::liquid::even::Even;
 use crate::physics::liquid::interior::Interior;
 use crate::physics::liquid::near_wall::NearWall;
@@ -26,7 +27,6 @@ pub(crate) struct Dissipation {
     /// Gradient of the centroid by the vertices: x and y of each.
     x_gradient: Vec<f64>,
     y_gradient: Vec<f64>,
-    area: f64,
     /// `b_inf/a0`.
     friction: f64,
     near_wall: Option<NearWall>,
@@ -42,7 +42,6 @@ impl Dissipation {
             edges: Edges::default(),
             x_gradient: Vec::new(),
             y_gradient: Vec::new(),
-            area: 0.0,
             friction,
             near_wall,
             flow: vec![0.0; padded(n)],
@@ -55,7 +54,6 @@ impl Dissipation {
         self.edges.clone_from(&at.edges);
         self.x_gradient.clone_from(&at.x_gradient);
         self.y_gradient.clone_from(&at.y_gradient);
-        self.area = at.area;
         if let Some(near_wall) = &mut self.near_wall {
             near_wall.take(shape, origin, even);
         }
@@ -77,7 +75,7 @@ impl Dissipation {
             let (vx, vy) = (0.5 * (v[2 * e] + v[2 * j]) - cx, 0.5 * (v[2 * e + 1] + v[2 * j + 1]) - cy);
             self.flow[e] = self.edges.nx[e] * vx + self.edges.ny[e] * vy;
         }
-        let mut squares = self.area * (cx * cx + cy * cy);
+        let mut squares = MASS * (cx * cx + cy * cy);
         for e in 0..n {
             let row = self.interior.row(e);
             self.pressure[e] = (0..n).map(|k| row[k] * self.flow[k]).sum();
@@ -88,7 +86,7 @@ impl Dissipation {
             px += self.edges.nx[e] * self.pressure[e];
             py += self.edges.ny[e] * self.pressure[e];
         }
-        let (along_x, along_y) = (self.area * cx - px, self.area * cy - py);
+        let (along_x, along_y) = (MASS * cx - px, MASS * cy - py);
         for i in 0..n {
             let k = preceding(i, n);
             let half = |normal: &[f64]| 0.5 * (normal[i] * self.pressure[i] + normal[k] * self.pressure[k]);
@@ -106,7 +104,7 @@ impl Dissipation {
 
     /// Fills `full`, of `2 n` rows of `width` numbers, with the matrix B in the space of vertices.
     ///
-    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W + a
+    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W + a0
     /// (g_x g_x^T + g_y g_y^T))`, written out as `D^T Q D` and terms of low rank.
     pub(crate) fn fill(&self, full: &mut [f64], width: usize) {
         let n = self.edges.length.len();
@@ -151,7 +149,7 @@ impl Dissipation {
                     for (e, row) in cross[d].iter().enumerate() {
                         sum += g[d][r] * row * g[e][c];
                     }
-                    sum += self.area * g[d][r] * g[d][c];
+                    sum += MASS * g[d][r] * g[d][c];
                 }
                 full[r * width + c] = self.friction * sum;
             }
@@ -172,7 +170,7 @@ mod tests {
     const FRICTION: f64 = 30.0;
 
     /// An ellipse, and its dissipation.
-    fn ellipse(n: usize, a: f64, b: f64) -> (Polygon, Dissipation, f64) {
+    fn ellipse(n: usize, a: f64, b: f64) -> (Polygon, Dissipation) {
         let angle = |i: usize| 2.0 * PI * i as f64 / n as f64;
         let x = (0..n).map(|i| a * libm::cos(angle(i))).collect();
         let y = (0..n).map(|i| b * libm::sin(angle(i))).collect();
@@ -187,20 +185,20 @@ mod tests {
         even.measure(&seen.edges);
         let mut dissipation = Dissipation::new(n, FRICTION, None, InstructionSet::new());
         assert!(dissipation.take(&shape, [0.0; 2], &seen, &even));
-        (shape, dissipation, seen.area)
+        (shape, dissipation)
     }
 
     #[test]
     fn a_body_of_any_shape_that_moves_rigidly_feels_the_same_drag() {
         let n = 40;
         for (a, b) in [(0.5, 0.5), (1.0, 0.25), (0.2, 1.25)] {
-            let (_, mut dissipation, area) = ellipse(n, a, b);
+            let (_, mut dissipation) = ellipse(n, a, b);
             let v: Vec<f64> = (0..n).flat_map(|_| [0.3, -0.4]).collect();
             let mut drag = vec![0.0; 2 * n];
             let squares = dissipation.drag(&v, &mut drag);
-            assert!((squares / (area * 0.25) - 1.0).abs() < 1e-12);
+            assert!((squares / (MASS * 0.25) - 1.0).abs() < 1e-12);
             let total: f64 = drag.iter().step_by(2).sum();
-            assert!((total / (FRICTION * area * 0.3) - 1.0).abs() < 1e-12);
+            assert!((total / (FRICTION * MASS * 0.3) - 1.0).abs() < 1e-12);
         }
     }
 
@@ -209,7 +207,7 @@ mod tests {
         // u = (x, -y) is the gradient of (x^2 - y^2)/2: the integral of its square is pi a b (a^2 + b^2)/4.
         let error = |n: usize| {
             let (a, b) = (0.8, 0.3125);
-            let (shape, mut dissipation, _) = ellipse(n, a, b);
+            let (shape, mut dissipation) = ellipse(n, a, b);
             let v: Vec<f64> = (0..n).flat_map(|i| [shape.x[i], -shape.y[i]]).collect();
             let squares = dissipation.drag(&v, &mut vec![0.0; 2 * n]);
             squares / (0.25 * PI * a * b * (a * a + b * b)) - 1.0
@@ -222,7 +220,7 @@ mod tests {
     #[test]
     fn the_matrix_is_the_drag_and_dissipation_is_never_negative() {
         let n = 24;
-        let (_, mut dissipation, _) = ellipse(n, 0.7, 0.35);
+        let (_, mut dissipation) = ellipse(n, 0.7, 0.35);
         let width = padded(2 * n);
         let mut full = vec![0.0; 2 * n * width];
         dissipation.fill(&mut full, width);
