@@ -1,7 +1,7 @@
 //! Dense matrices of a few hundred rows: solutions of linear equations.
 //!
-//! Matrices are stored by rows of equal width, a multiple of eight. All loops run along rows, eight numbers at a time and
-//! in a fixed order, so results are the same on any instruction set.
+//! Matrices are stored by rows of equal width, a multiple of eight. All loops run along rows, eight numbers at a time
+//! and in a fixed order, so results are the same on any instruction set.
 
 use crate::on_instruction_set;
 use crate::physics::simd::{InstructionSet, Instructions, LANES, fma, load, padded, store};

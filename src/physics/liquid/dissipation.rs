@@ -1,7 +1,7 @@
 //! The dissipation of the liquid, as a quadratic form of the velocities of the vertices.
 //!
-//! Friction at the plates of the cell makes the liquid obey Darcy's law, and dissipates `(b_inf/2 a0) int |u|^2` over the
-//! droplet. An incompressible flow is the sum of the velocity V of the centroid and of a flow without first moment:
+//! Friction at the plates of the cell makes the liquid obey Darcy's law, and dissipates `(b_inf/2 a0) int |u|^2` over
+//! the droplet. An incompressible flow is the sum of the velocity V of the centroid and of a flow without first moment:
 //!
 //! ```text
 //! int |u|^2 = a0 |V|^2 + w^T Q w,   w_e = n_e . (v_i + v_{i+1})/2 - n_e . V
@@ -104,8 +104,8 @@ impl Dissipation {
 
     /// Fills `full`, of `2 n` rows of `width` numbers, with the matrix B in the space of vertices.
     ///
-    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W + a0
-    /// (g_x g_x^T + g_y g_y^T))`, written out as `D^T Q D` and terms of low rank.
+    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W +
+    /// a0 (g_x g_x^T + g_y g_y^T))`, written out as `D^T Q D` and terms of low rank.
     pub(crate) fn fill(&self, full: &mut [f64], width: usize) {
         let n = self.edges.length.len();
         let (nx, ny) = (&self.edges.nx, &self.edges.ny);
@@ -118,7 +118,7 @@ impl Dissipation {
         let cross = [[dot(nx, &q[0]), dot(nx, &q[1])], [dot(ny, &q[0]), dot(ny, &q[1])]];
         // D^T Q n for both directions.
         let spread = |pressure: &[f64], at: usize| {
-            let (i, normal) = (at / 2, if at % 2 == 0 { nx } else { ny });
+            let (i, normal) = (at / 2, if at.is_multiple_of(2) { nx } else { ny });
             let k = preceding(i, n);
             0.5 * (normal[i] * pressure[i] + normal[k] * pressure[k])
         };

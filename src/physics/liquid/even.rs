@@ -9,14 +9,15 @@
 //! no turning of labels:                                      sum sigma_i   = 0
 //! ```
 //!
-//! so `sigma` is a running sum. A rigid shift of an even polygon is such a motion, exactly. The energy falls along these
-//! motions as along any others; vertices never gather, and no force is needed to keep them apart.
+//! so `sigma` is a running sum. A rigid shift of an even polygon is such a motion, exactly. The energy falls along
+//! these motions as along any others; vertices never gather, and no force is needed to keep them apart.
 
 use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
 use crate::physics::simd::{Instructions, LANES, fma, load, store};
 use fearless_simd::{f64x8, prelude::*};
 
-/// Cosines are not taken to be smaller than this. An outline that turns by more than 168 degrees at one vertex is a film.
+/// Cosines are not taken to be smaller than this. An outline that turns by more than 168 degrees at one vertex is a
+/// film.
 const SMALLEST_COSINE: f64 = 0.1;
 
 /// The directions of the vertices of one shape.
@@ -66,8 +67,8 @@ impl Even {
         }
     }
 
-    /// Adds to `shape` the motion along the tangents that makes the edges even, in the share `share`, and that takes back
-    /// what labels have turned since `before`.
+    /// Adds to `shape` the motion along the tangents that makes the edges even, in the share `share`, and that takes
+    /// back what labels have turned since `before`.
     pub(crate) fn space(&self, shape: &mut Polygon, edges: &Edges, share: f64, before: &Polygon, scratch: &mut [f64]) {
         let n = self.tx.len();
         let even = edges.perimeter / n as f64;

@@ -1,8 +1,8 @@
 //! Darcy's law inside the droplet, by boundary elements.
 //!
-//! Friction at the plates makes the liquid flow as `u = -(a0/b_inf) grad(p - rho g x)`, so u is the gradient of a potential
-//! phi that obeys Laplace's equation. Its normal derivative on the outline is the normal velocity v of the edges. The
-//! squared velocity, integrated over the droplet, is a quadratic form of v:
+//! Friction at the plates makes the liquid flow as `u = -(a0/b_inf) grad(p - rho g x)`, so u is the gradient of a
+//! potential phi that obeys Laplace's equation. Its normal derivative on the outline is the normal velocity v of the
+//! edges. The squared velocity, integrated over the droplet, is a quadratic form of v:
 //!
 //! ```text
 //! int |u|^2 = sum_e l_e phi_e v_e = v^T Q v
@@ -14,9 +14,9 @@
 //! H phi = G v,   G_ef = -(1/2 pi) int_f ln r ds,   H_ef = -(angle of f seen from e)/(2 pi),   H_ee = 1/2,
 //! ```
 //!
-//! and the mean of phi is fixed by `l_f/P` in each column of H. Both integrals are exact. Q is made symmetric, and takes no
-//! account of a mean of v, which no incompressible flow has. For a circle of 64 edges that moves, Q is right to 8e-4; the
-//! error falls with the square of the number of edges.
+//! and the mean of phi is fixed by `l_f/P` in each column of H. Both integrals are exact. Q is made symmetric, and
+//! takes no account of a mean of v, which no incompressible flow has. For a circle of 64 edges that moves, Q is right
+//! to 8e-4; the error falls with the square of the number of edges.
 
 use crate::on_instruction_set;
 use crate::physics::liquid::dense::{Matrix, solve_many};

@@ -1,7 +1,8 @@
 //! Drag near walls, in addition to that of Darcy's law ([C24] eqs 5, 6).
 //!
-//! In the paper a vertex at the distance d from the nearest wall feels `-(b_0/N)(sigma/d)^alpha v` on top of the drag far
-//! from walls. The outline of a liquid has a normal velocity; along the wall the liquid moves with the droplet. So here
+//! In the paper a vertex at the distance d from the nearest wall feels `-(b_0/N)(sigma/d)^alpha v` on top of the drag
+//! far from walls. The outline of a liquid has a normal velocity; along the wall the liquid moves with the droplet. So
+//! here
 //!
 //! ```text
 //! dissipation = (1/2) sum_i z_i [(v_i . n_i)^2 + (V . t_i)^2],   z_i = (b_0/N) (sigma/d_i)^alpha
@@ -59,8 +60,8 @@ impl NearWall {
         }
     }
 
-    /// Adds to `out` the drag at the velocities `v` of the vertices, if the centroid has the velocity `centroid` and its
-    /// gradients are `gx`, `gy`.
+    /// Adds to `out` the drag at the velocities `v` of the vertices, if the centroid has the velocity `centroid` and
+    /// its gradients are `gx`, `gy`.
     pub(crate) fn add_drag(&self, v: &[f64], centroid: [f64; 2], gx: &[f64], gy: &[f64], out: &mut [f64]) {
         let ([xx, xy, yy], [cx, cy]) = (self.along, centroid);
         let (fx, fy) = (xx * cx + xy * cy, xy * cx + yy * cy);

@@ -1,5 +1,5 @@
-//! What is near a droplet, listed once a step: obstacles with the vertices and edges near them, and parts of the droplet
-//! that are near one another.
+//! What is near a droplet, listed once a step: obstacles with the vertices and edges near them, and parts of the
+//! droplet that are near one another.
 //!
 //! The list holds everything that can touch while no vertex is further than `SKIN` from where it was listed. What is
 //! listed but does not touch adds nothing, so no result depends on when a list was made.

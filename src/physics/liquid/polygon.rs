@@ -1,7 +1,7 @@
 //! The outline of a droplet as a polygon with even edges: lengths, area, centroid, and their derivatives.
 //!
-//! Vertices stand counter-clockwise. Edge `i` goes from vertex `i` to vertex `i + 1`. Positions are relative to an origin
-//! that follows the droplet.
+//! Vertices stand counter-clockwise. Edge `i` goes from vertex `i` to vertex `i + 1`. Positions are relative to an
+//! origin that follows the droplet.
 
 /// Places of the vertices, relative to the origin of the droplet.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -63,8 +63,8 @@ impl Polygon {
         largest.sqrt()
     }
 
-    /// Area `a = (1/2) sum c_i` and centroid `sum (r_i + r_{i+1}) c_i/(6 a)`, with the cross products `c_i = r_i x r_{i+1}`
-    /// of neighbours, relative to vertex 0.
+    /// Area `a = (1/2) sum c_i` and centroid `sum (r_i + r_{i+1}) c_i/(6 a)`, with the cross products `c_i = r_i x
+    /// r_{i+1}` of neighbours, relative to vertex 0.
     pub(crate) fn content(&self) -> Content {
         let (x0, y0, n) = (self.x[0], self.y[0], self.len());
         let (mut twice, mut mx, mut my) = (0.0, 0.0, 0.0);

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! with the perimeter P, the area a and the centroid x_c of the outline: its edges are straight, or bent round walls
-//! ([`taut`](crate::physics::liquid::taut)). The pressure is `p = -K_a (a - a0)`, and the weight makes it `p + (M/a)(x -
-//! x_c)` at the place x, which is hydrostatics. A vertex within `delta/2` of a wall is pushed off with the energy `(k_w/2)
-//! (delta/2 - d)^2`. Strings touch the wall at a radius that is smaller by `MARGIN Gamma/k_w`, so that a pressed vertex
-//! lies outside of it.
+//! ([`taut`](crate::physics::liquid::taut)). With the pressure `p = -K_a (a - a0)` at the height of the centroid, that at
+//! the place x is `p + (M/a)(x - x_c)`, which is hydrostatics. A vertex within `delta/2` of a wall is pushed off with the
+//! energy `(k_w/2)(delta/2 - d)^2`. Strings touch the wall at a radius that is smaller by `MARGIN Gamma/k_w`, so that a
+//! pressed vertex lies outside of it.
 
 use crate::physics::liquid::curvature::Curvature;
 use crate::physics::liquid::nearby::Nearby;
@@ -18,8 +18,8 @@ use crate::physics::liquid::taut::{Load, Taut};
 use crate::physics::walls::wall::{Obstacle, Walls};
 use std::sync::Arc;
 
-/// Room between the radius at which vertices touch and that of strings, in `Gamma/k_w`. At a sharp tip a vertex carries at
-/// most twice the tension.
+/// Room between the radius at which vertices touch and that of strings, in `Gamma/k_w`. At a sharp tip a vertex carries
+/// at most twice the tension.
 const MARGIN: f64 = 6.0;
 
 /// How often pressure and indentations are made consistent. The wall is so stiff that each round is a thousand times

@@ -1,9 +1,10 @@
 //! The droplet touches itself where two stretches of its outline come closer than delta.
 //!
-//! Where a gap outside of the droplet closes, a vertex that is nearer than delta to an edge elsewhere is pushed off with the
-//! energy `(k/2)(delta - d)^2`. Where the liquid between two stretches is a film thinner than delta, the film closes and
-//! the droplet breaks in two ([`Pair::Film`]), which is beyond this model. Parts that are neighbours along the ring are left out: the half circle at the end of a film of thickness delta has the length
-//! `pi delta/2`, and twice that counts as neighbourhood.
+//! Where a gap outside of the droplet closes, a vertex that is nearer than delta to an edge elsewhere is pushed off
+//! with the energy `(k/2)(delta - d)^2`. Where the liquid between two stretches is a film thinner than delta, the film
+//! closes and the droplet breaks in two ([`Pair::Film`]), which is beyond this model. Parts that are neighbours along
+//! the ring are left out: the half circle at the end of a film of thickness delta has the length `pi delta/2`, and
+//! twice that counts as neighbourhood.
 
 use crate::physics::liquid::jet::Jet;
 use crate::physics::liquid::polygon::{Polygon, following};
@@ -19,10 +20,10 @@ pub(crate) struct SelfContact {
 }
 
 /// A pair of a vertex and an edge that are closer than delta.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) enum Pair {
     /// They touch across a gap.
-    Gap(Touch),
+    Gap(Box<Touch>),
     /// The film of liquid between them is closing; where the vertex is.
     Film([f64; 2]),
 }
@@ -92,7 +93,12 @@ impl SelfContact {
         };
         let overlap = Jet::constant(self.delta) - distance;
         let energy = overlap * overlap * (0.5 * self.stiffness);
-        Some(Pair::Gap(Touch { vertices, energy: energy.value, gradient: energy.gradient, hessian: energy.hessian }))
+        Some(Pair::Gap(Box::new(Touch {
+            vertices,
+            energy: energy.value,
+            gradient: energy.gradient,
+            hessian: energy.hessian,
+        })))
     }
 }
 

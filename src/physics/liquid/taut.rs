@@ -49,7 +49,8 @@ pub(crate) struct Taut {
     pub(crate) indentation: f64,
 }
 
-/// What a taut edge adds to the energy: derivatives are with respect to x and y of its first vertex, then of its second.
+/// What a taut edge adds to the energy: derivatives are with respect to x and y of its first vertex, then of its
+/// second.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TautEnergy {
     pub(crate) energy: f64,
@@ -177,7 +178,8 @@ impl Taut {
         -0.5 * (r * (t[0] + t[1]) + r * r * psi - (q[0] * p[1] - q[1] * p[0]))
     }
 
-    /// The points where the string meets the wall and leaves it, relative to the centre; `None` if the edge is straight.
+    /// The points where the string meets the wall and leaves it, relative to the centre; `None` if the edge is
+    /// straight.
     pub(crate) fn touching(&self) -> Option<[[f64; 2]; 2]> {
         if self.is_straight() {
             return None;

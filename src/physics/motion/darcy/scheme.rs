@@ -6,9 +6,9 @@
 //! v = (alpha_0 x+ + alpha_1 x + alpha_2 x1)/h,  alpha_0 = (1 + 2r)/(1 + r), alpha_1 = -(1 + r), alpha_2 = r^2/(1 + r)
 //! ```
 //!
-//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5). The first step, and one after a kink in time, is backward Euler. A
-//! polynomial through the last shapes foresees the next one. The error of a step follows from its distance from what was
-//! foreseen, because both errors are multiples of the same derivative.
+//! (Hairer, Norsett, Wanner, "Solving ODEs I", III.5). The first step, and one after a kink in time, is backward Euler.
+//! A polynomial through the last shapes foresees the next one. The error of a step follows from its distance from what
+//! was foreseen, because both errors are multiples of the same derivative.
 
 /// The scheme of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -83,7 +83,8 @@ impl Shapes {
 }
 
 impl Course {
-    /// The share of unevenness that the next step takes away. It falls with the motion, so that a droplet comes to rest.
+    /// The share of unevenness that the next step takes away. It falls with the motion, so that a droplet comes to
+    /// rest.
     pub(super) fn respacing(&self, now: &Polygon, before: &Polygon, perimeter: f64) -> f64 {
         if !self.spaces {
             return 0.0;
