@@ -243,7 +243,7 @@ fn tables_show_what_varies_and_name_what_does_not() {
     assert!(row("0.2 ").contains("> 400") && row("10 ").contains("< 0.001 *"), "{text}");
     let position = |gamma: &str| text.find(&row(gamma)).unwrap();
     assert!(position("0.2 ") < position("1.09 ") && position("1.09 ") < position("3 "));
-    assert!(text.contains("DP in obstacle arrays: kappa = 1e-3, k_a = 1e4, n_vertices = 256"), "{text}");
+    assert!(text.contains("DP in obstacle arrays: dynamics = vertex, kappa = 1e-3, k_a = 1e4"), "{text}");
     assert!(text.contains("SP in obstacle arrays: e_w = 10") && !text.contains("gamma ="));
     assert!(text.contains("p < 0.05 in 1 of 3 rows tested, where chance alone gives 0.15"), "{text}");
     let speeds = mean_speeds(&fits);

@@ -13,7 +13,7 @@ const LAYERS: [&str; 9] =
     ["parameters", "results", "physics", "campaign", "study", "store", "execute", "report", "cli"];
 
 /// The parts of the physics, likewise.
-const PHYSICS: [&str; 7] = ["simd", "walls", "observation", "ring", "point", "motion", "simulate"];
+const PHYSICS: [&str; 8] = ["simd", "walls", "observation", "ring", "liquid", "point", "motion", "simulate"];
 
 /// One path in the sources that leads from a module to another.
 #[derive(Clone, Debug)]

@@ -162,8 +162,12 @@ fn man_shows_the_main_page_and_one_of_each_subcommand() {
 
 /// Bad campaigns that break what the schema cannot know: conditions on several keys or numbers, what blocks inherit, and
 /// numbers that JSON does not have.
-const BEYOND_A_SCHEMA: [&str; 17] = [
+const BEYOND_A_SCHEMA: [&str; 22] = [
+    "adaptive_for_vertex",
     "bond_and_gamma",
+    "darcy_looks",
+    "darcy_springs",
+    "darcy_vertices",
     "dt_too_large",
     "dt_too_large_at_one_point",
     "fixed_and_axis",
@@ -175,6 +179,7 @@ const BEYOND_A_SCHEMA: [&str; 17] = [
     "not_finite",
     "obstacles_too_many",
     "obstacles_wider_than_box",
+    "step_error_for_vertex",
     "tolerance_and_what_it_chooses",
     "tolerance_on_a_plate",
     "too_dense",

@@ -45,7 +45,7 @@ fn bears(keys: &str, seed: u64, overlap: f64) -> Trajectory {
     };
     match job(keys, seed).0.point.stepping.integrator {
         Integrator::Verlet => run(keys, 0),
-        Integrator::Implicit => {
+        Integrator::Implicit | Integrator::Adaptive => {
             run(&format!("integrator = \"verlet\"\n{keys}"), 0);
             run(keys, 1)
         }

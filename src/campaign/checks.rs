@@ -4,7 +4,7 @@
 
 use crate::campaign::choose::tolerance::{Unmet, table};
 use crate::parameters::{
-    Density, Integrator, Model, PARAMETERS, Point, Scene, Short, Stepping, Value, cut_to_three_digits,
+    Density, Dynamics, Integrator, Model, PARAMETERS, Point, Scene, Short, Stepping, Value, cut_to_three_digits,
 };
 use crate::physics::simulate::stability::StabilityLimit;
 
@@ -14,6 +14,9 @@ const LARGEST_BOX: f64 = 10_000.0;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
 const SATURATION: f64 = 0.547;
+
+/// How many vertices `dynamics = "darcy"` takes.
+const DARCY_VERTICES: std::ops::RangeInclusive<usize> = 16..=512;
 
 /// A condition that a grid point breaks.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +34,7 @@ pub(crate) fn breaches(point: &Point, limit: &StabilityLimit) -> Vec<Breach> {
     let together = [
         stable(point, limit),
         has_ring(point),
+        fits_dynamics(point),
         room_for_all(point),
         fits_box(point),
         can_be_held(point),
@@ -110,6 +114,32 @@ fn has_ring(point: &Point) -> Option<Breach> {
         message: "the soft particle has no implicit integrator, and needs none".to_owned(),
         help: "leave it out here, or give it in the blocks of model DP".to_owned(),
     })
+}
+
+/// Dense matrices bound the number of vertices under `dynamics = "darcy"`, and its steps are its own.
+fn fits_dynamics(point: &Point) -> Option<Breach> {
+    let breach = |key, excess, message, help: &str| Some(Breach { key, excess, message, help: help.to_owned() });
+    let adaptive = point.stepping.integrator == Integrator::Adaptive;
+    let ring = match &point.model {
+        Model::Deformable(ring) if ring.dynamics == Dynamics::Darcy => ring,
+        Model::Deformable(_) | Model::Soft(_) => {
+            let message = "steps that follow their error are those of dynamics = \"darcy\"".to_owned();
+            let help = "write dynamics = \"darcy\", or integrator = \"auto\"";
+            return if adaptive { breach("integrator", f64::INFINITY, message, help) } else { None };
+        }
+    };
+    if !DARCY_VERTICES.contains(&ring.n_vertices) {
+        let (n, most) = (ring.n_vertices as f64, *DARCY_VERTICES.end() as f64);
+        let message = format!("{n} vertices do not fit dynamics = \"darcy\", whose matrices are dense");
+        let help = "n_vertices must be a whole number from 16 to 512 there; left out, it is 64 to 192";
+        return breach("n_vertices", (n / most).max(*DARCY_VERTICES.start() as f64 / n), message, help);
+    }
+    if !(1e-3..=10.0).contains(&point.stepping.dt) {
+        let message = format!("{} is no time between two looks at a droplet", Short(point.stepping.dt));
+        let help = "under dynamics = \"darcy\" dt must be a number from 0.001 to 10; steps follow `step_error`";
+        return breach("dt", f64::INFINITY, message, help);
+    }
+    None
 }
 
 /// The density is below `n_max = 0.547/(pi D^2/4)`, where discs of diameter `D = sigma_ob + w_ob` jam.

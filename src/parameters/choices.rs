@@ -91,6 +91,15 @@ choice!(
     }
 );
 choice!(
+    /// The laws by which a deformable droplet moves.
+    Dynamics {
+        /// [C24] eqs 5 to 7: vertices with inertia, each with its own drag.
+        Vertex = "vertex",
+        /// A liquid without inertia that obeys Darcy's law inside.
+        Darcy = "darcy",
+    }
+);
+choice!(
     /// Which integrator a campaign asks for; a job has a definite one.
     IntegratorChoice {
         /// The implicit one where it is expected to cost less than half of Verlet's time, else Verlet.
@@ -99,6 +108,8 @@ choice!(
         Verlet = "verlet",
         /// The implicit one.
         Implicit = "implicit",
+        /// That of `dynamics = "darcy"`.
+        Adaptive = "adaptive",
     }
 );
 choice!(
@@ -108,5 +119,7 @@ choice!(
         Verlet = "verlet",
         /// Implicit backward differences of second order; only for the deformable particle.
         Implicit = "implicit",
+        /// Implicit steps whose length follows their error; only for `dynamics = "darcy"`.
+        Adaptive = "adaptive",
     }
 );

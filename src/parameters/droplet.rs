@@ -1,7 +1,7 @@
 //! The two models of a droplet and their parameters.
 
 use crate::parameters::point::is_default;
-use crate::parameters::{ContactKind, Engulfed, GravityForm, SelfContact, WallStiffness, regular_edge};
+use crate::parameters::{ContactKind, Dynamics, Engulfed, GravityForm, SelfContact, WallStiffness, regular_edge};
 use serde::{Deserialize, Serialize};
 
 /// The two droplet models.
@@ -17,6 +17,9 @@ pub enum Model {
 
 /// The default of `kappa`, perimeter stiffness over line tension, as in [C24].
 pub(crate) const PAPER_KAPPA: f64 = 1e-3;
+
+/// The default of `step_error`, in sigma.
+pub(crate) const STEP_ERROR: f64 = 3e-4;
 
 /// Parameters of the deformable particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +53,13 @@ pub struct Deformable {
     /// What happens when an obstacle comes to lie inside the ring.
     #[serde(default, skip_serializing_if = "is_default")]
     pub engulfed: Engulfed,
+    /// The laws by which it moves.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub dynamics: Dynamics,
+    /// Largest error of a vertex along its normal in one step, in sigma; `None` is the default. Only for steps whose
+    /// length follows their error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_error: Option<f64>,
 }
 
 impl Model {
@@ -83,6 +93,8 @@ impl Deformable {
             gravity: GravityForm::default(),
             self_contact: SelfContact::default(),
             engulfed: Engulfed::default(),
+            dynamics: Dynamics::default(),
+            step_error: None,
         }
     }
 

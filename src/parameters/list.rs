@@ -7,8 +7,8 @@
 use crate::parameters::interval::{above, at_least, between};
 use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
 use crate::parameters::{
-    Channel, ContactKind, Deformable, Density, Engulfed, GravityForm, IntegratorChoice, Interval, LoneDisc, Model,
-    ObstacleField, PAPER_ALPHA, Point, Scene, SelfContact, Soft, WallStiffness,
+    Channel, ContactKind, Deformable, Density, Dynamics, Engulfed, GravityForm, IntegratorChoice, Interval, LoneDisc,
+    Model, ObstacleField, PAPER_ALPHA, Point, STEP_ERROR, Scene, SelfContact, Soft, WallStiffness,
 };
 
 const DP: Applies = Applies::Model("DP");
@@ -61,6 +61,8 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter("scene", "where the droplet moves", SCENE)
         .choice(&["obstacles", "channel", "plate", "disc"]).required(),
 
+    parameter("dynamics", "the laws by which it moves", field!(ring.dynamics))
+        .of(DP).choice(Dynamics::NAMES),
     parameter("gamma", "line tension", field!(ring.gamma))
         .of(DP).number(between(1e-3, 100.0)).unit("g rho sigma^2").caption(),
     parameter("bond", "Bond number, rho g sigma^2 over the tension, in place of gamma", BOND)
@@ -71,10 +73,11 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter("k_a", "area stiffness", field!(ring.k_a))
         .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma"),
     parameter("n_vertices", "vertices of the ring", field!(ring.n_vertices))
-        .of(DP).whole(between(8.0, 4096.0)).default(256.0).caption(),
+        .of(DP).whole_or("auto", between(8.0, 4096.0)).caption()
+        .auto("256; under dynamics = \"darcy\" 64, or up to 192 for soft droplets among obstacles"),
     parameter("e_w", "wall stiffness of the whole ring", field!(ring.e_w))
         .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma")
-        .auto("1e6 in channels, 1e4 elsewhere"),
+        .auto("1e6 in channels, 1e4 elsewhere; under dynamics = \"darcy\" 5e7 and 1e7, times gamma above 1, but at most 1e8"),
     parameter("e_w", "wall stiffness of the point", field!(soft.e_w))
         .of(SP).number(POSITIVE.up_to(1e4)).unit("g rho sigma^3").caption(),
     parameter("delta", "vertex diameter", field!(ring.delta))
@@ -91,6 +94,9 @@ pub static PARAMETERS: &[Parameter] = &[
         .of(DP).choice(SelfContact::NAMES),
     parameter("engulfed", "what happens when an obstacle lies inside the ring", field!(ring.engulfed))
         .of(DP).choice(Engulfed::NAMES),
+
+    parameter("step_error", "largest error of a vertex in one step of dynamics = \"darcy\"", STEP_ERROR_FIELD)
+        .of(DP).number(between(1e-7, 1e-2)).default(STEP_ERROR).unit("sigma"),
 
     parameter("w_ob", "smallest gap between two obstacles", field!(array.w_ob))
         .of(OBSTACLES).number(at_least(0.0)).unit("sigma").caption(),
@@ -129,10 +135,11 @@ pub static PARAMETERS: &[Parameter] = &[
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
         .choice(IntegratorChoice::NAMES)
-        .auto("the implicit one where it costs less than half of Verlet's time"),
+        .auto("the implicit one where it costs less than half of Verlet's time; that of its own under dynamics = \"darcy\""),
     parameter("dt", "time step", field!(point.stepping.dt))
         .number_or("auto", POSITIVE).unit("t0")
-        .auto("up to 0.001 and 0.8 of Verlet's stability limit; 1/16 or less for the implicit integrator"),
+        .auto("up to 0.001 and 0.8 of Verlet's stability limit; 1/16 or less for the implicit integrator; under dynamics = \"darcy\" 1/8 or less, \
+               the grid of times at which the droplet is looked at"),
     parameter("t_max", "longest simulated time", field!(point.limits.t_max))
         .limit().number(POSITIVE).default(2e5).unit("t0"),
     parameter("distance", "way after which a run ends", field!(point.limits.distance))
@@ -203,6 +210,19 @@ const ALPHA: Field = Field {
     set: |point, value| point.alpha.put(value),
 };
 
+/// `None` in a point stands for the default.
+const STEP_ERROR_FIELD: Field = Field {
+    get: |point| match &point.model {
+        Model::Deformable(ring) => Some(Value::Number(ring.step_error.unwrap_or(STEP_ERROR))),
+        Model::Soft(_) => None,
+    },
+    set: |point, value| {
+        if let Model::Deformable(ring) = &mut point.model {
+            ring.step_error = value.number().filter(|error| *error != STEP_ERROR);
+        }
+    },
+};
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,7 +241,8 @@ mod tests {
     fn samples(parameter: &Parameter) -> Vec<Value> {
         let words = parameter.domain.words().iter().map(|word| Value::Word(word));
         let words = words.filter(|word| !parameter.is_open(*word));
-        let numbers = [0.25, 1.5, -0.5, 30.0, 256.0].into_iter().filter_map(|number| parameter.domain.number(number));
+        let numbers =
+            [0.25, 1.5, -0.5, 30.0, 256.0, 0.001].into_iter().filter_map(|number| parameter.domain.number(number));
         words.chain(numbers.map(Value::Number)).collect()
     }
 

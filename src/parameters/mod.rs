@@ -16,9 +16,11 @@ mod units;
 mod written;
 
 pub(crate) use choices::names;
-pub use choices::{ContactKind, Engulfed, GravityForm, Integrator, IntegratorChoice, SelfContact, WallStiffness};
-pub(crate) use droplet::PAPER_KAPPA;
+pub use choices::{
+    ContactKind, Dynamics, Engulfed, GravityForm, Integrator, IntegratorChoice, SelfContact, WallStiffness,
+};
 pub use droplet::{Deformable, Model, Soft};
+pub(crate) use droplet::{PAPER_KAPPA, STEP_ERROR};
 pub use identity::{BadId, JobId, PHYSICS_VERSION, PointId};
 pub use interval::Interval;
 pub(crate) use interval::{above, between};

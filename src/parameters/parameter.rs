@@ -24,6 +24,8 @@ pub enum Domain {
     NumberOr(Interval, &'static str),
     /// A whole number in the interval.
     Whole(Interval),
+    /// A whole number in the interval, or this word.
+    WholeOr(Interval, &'static str),
 }
 
 /// Which grid points have a parameter.
@@ -155,6 +157,7 @@ impl Domain {
             Self::Number(interval) => format!("a number {interval}"),
             Self::NumberOr(interval, word) => format!("a number {interval}, or \"{word}\""),
             Self::Whole(interval) => format!("a whole number {interval}"),
+            Self::WholeOr(interval, word) => format!("a whole number {interval}, or \"{word}\""),
         }
     }
 
@@ -164,7 +167,9 @@ impl Domain {
         let number = number + 0.0;
         match self {
             Self::Number(interval) | Self::NumberOr(interval, _) => interval.contains(number).then_some(number),
-            Self::Whole(interval) => (number == number.round() && interval.contains(number)).then_some(number),
+            Self::Whole(interval) | Self::WholeOr(interval, _) => {
+                (number == number.round() && interval.contains(number)).then_some(number)
+            }
             Self::Text | Self::Choice(_) => None,
         }
     }
@@ -173,7 +178,7 @@ impl Domain {
     pub fn words(&self) -> &[&'static str] {
         match self {
             Self::Choice(words) => words,
-            Self::NumberOr(_, word) => std::slice::from_ref(word),
+            Self::NumberOr(_, word) | Self::WholeOr(_, word) => std::slice::from_ref(word),
             Self::Text | Self::Number(_) | Self::Whole(_) => &[],
         }
     }
@@ -251,8 +256,8 @@ impl Parameter {
         Self { domain: Domain::NumberOr(interval, word), ..self }
     }
 
-    pub(super) const fn whole(self, interval: Interval) -> Self {
-        Self { domain: Domain::Whole(interval), ..self }
+    pub(super) const fn whole_or(self, word: &'static str, interval: Interval) -> Self {
+        Self { domain: Domain::WholeOr(interval, word), ..self }
     }
 
     pub(super) const fn choice(self, words: &'static [&'static str]) -> Self {

@@ -10,10 +10,12 @@
 //! | [`walls`] | obstacles: discs, wedges, a plate; `walls/arrays` places the discs of an array |
 //! | [`observation`] | what is measured on a droplet at one instant |
 //! | [`ring`] | the deformable droplet, and the forces on it, one file each |
+//! | `liquid` | the droplet as a liquid: energy and dissipation of its outline |
 //! | [`point`] | the soft particle |
 //! | [`motion`] | how time advances, and how a droplet is put at its start |
 //! | [`simulate`] | a trajectory from start to end; stability limits |
 
+pub(crate) mod liquid;
 pub mod motion;
 pub mod observation;
 pub mod point;

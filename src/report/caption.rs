@@ -44,6 +44,7 @@ impl Caption<'_> {
             }
             (Some("clogged"), Some(other)) => format!("Clogged after {way}: {other}"),
             (Some("clogged"), None) => format!("Clogged after {way}"),
+            (Some("pinched"), _) => format!("A film of the droplet closed after {way}"),
             (Some("time_limit"), _) => format!("Not clogged at the time limit, after {way}"),
             (Some("distance"), _) => format!("Flowed the whole distance, {way}"),
             (Some(other), _) => format!("{other}, after {way}"),

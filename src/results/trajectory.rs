@@ -17,6 +17,8 @@ pub enum Outcome {
     Exited,
     /// The droplet came to rest on the plate.
     Settled,
+    /// A film of the liquid closed: the droplet breaks in two, which is beyond the model.
+    Pinched,
 }
 
 /// A finished run.
@@ -145,6 +147,7 @@ pub enum FailureClass {
 
 names!(pub Outcome {
     Clogged = "clogged", TimeLimit = "time_limit", Distance = "distance", Exited = "exited", Settled = "settled",
+    Pinched = "pinched",
 });
 names!(pub Mechanism { Wrap = "wrap", Squeeze = "squeeze", Hybrid = "hybrid" });
 names!(pub FailureClass {

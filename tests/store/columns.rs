@@ -24,7 +24,7 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
                delta_s,steps,wall_s,attempts,error_class,error";
     let (places, limits) =
         ("angle,tip_radius,offset,h_start,h_end,alpha", "t_max,distance,ek_threshold,sample_every,shapes_every");
-    let runs = format!("{old},point_id,block,{NEW_KEYS},{places},{limits}");
+    let runs = format!("{old},point_id,block,{NEW_KEYS},{places},{limits},dynamics,step_error");
     assert_eq!(columns(dir.path(), "runs"), runs);
     assert_eq!(columns(dir.path(), "stale_runs"), runs);
     assert_eq!(columns(dir.path(), "clog_events"), "job_id,t,r,x,y,ek_ratio,shape,contacts,mechanism");
@@ -34,7 +34,7 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     let point = "model,scene,gamma,e_w,w_ob,sigma_ob,density,b0,v_t,k_a,kappa,n_vertices,dt";
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";
     let shares = "wrap_share,squeeze_share,hybrid_share";
-    let more = format!("{NEW_KEYS},w,{places},integrator,{limits}");
+    let more = format!("{NEW_KEYS},w,{places},integrator,{limits},dynamics,step_error");
     let fits = format!("{point},{fit},{shares},point_id,decay_length,{more}");
     assert_eq!(columns(dir.path(), "lambda_fits"), fits);
     assert_eq!(columns(dir.path(), "shapes"), "job_id,t,vertices,loads");
@@ -70,7 +70,7 @@ fn every_column_of_every_view_declares_one_type_and_that_of_the_parameter() {
                 let expected = match parameter.domain {
                     Domain::Text | Domain::Choice(_) => "TEXT",
                     Domain::Number(_) | Domain::NumberOr(..) => "REAL",
-                    Domain::Whole(_) => "INTEGER",
+                    Domain::Whole(_) | Domain::WholeOr(..) => "INTEGER",
                 };
                 assert_eq!(declared, expected, "{view}.{name}");
             }

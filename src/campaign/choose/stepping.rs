@@ -14,7 +14,9 @@
 //! positions agree within 1e-3 sigma. With the literal wall stiffness at N_v = 256 Verlet needs `dt < 4.8e-6`, and
 //! costs several hundred times as much as the implicit integrator.
 
-use crate::parameters::{Deformable, Integrator, IntegratorChoice, Model, Point, SelfContact, Stepping, WallStiffness};
+use crate::parameters::{
+    Deformable, Dynamics, Integrator, IntegratorChoice, Model, Point, SelfContact, Stepping, WallStiffness,
+};
 use crate::physics::motion::implicit::LARGEST_MOVE;
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
 
@@ -59,11 +61,36 @@ pub(crate) fn implicit_dt(point: &Point) -> f64 {
     dt
 }
 
+/// Time between two looks at a droplet under `dynamics = "darcy"`, in t0. Its steps are as long as their error allows.
+pub(crate) const ADAPTIVE_DT: f64 = 0.125;
+
+/// The nominal step under `dynamics = "darcy"`: 1/8, halved until it is not longer than the time between two samples.
+pub(crate) fn adaptive_dt(point: &Point) -> f64 {
+    let mut dt = ADAPTIVE_DT;
+    while dt > point.sample_every {
+        dt *= 0.5;
+    }
+    dt
+}
+
+/// Whether the point has `dynamics = "darcy"`.
+pub(crate) fn is_darcy(point: &Point) -> bool {
+    matches!(&point.model, Model::Deformable(ring) if ring.dynamics == Dynamics::Darcy)
+}
+
+/// Estimated CPU time of a unit of time under `dynamics = "darcy"`, in seconds: measured at N_v = 64, and growing with
+/// N_v^2.5, because matrices are dense.
+pub(crate) fn adaptive_s_per_t0(n_vertices: usize) -> f64 {
+    let finer = n_vertices as f64 / 64.0;
+    1e-3 * finer * finer * finer.sqrt()
+}
+
 /// Estimated cost of a unit of time, in ns per vertex.
 pub(crate) fn cost_per_t0(stepping: &Stepping) -> f64 {
     let step = match stepping.integrator {
         Integrator::Verlet => VERLET_STEP_NS,
         Integrator::Implicit => NEWTON_STEPS * NEWTON_STEP_NS,
+        Integrator::Adaptive => return 1e9 * adaptive_s_per_t0(64) / 64.0,
     };
     step / stepping.dt
 }
@@ -81,6 +108,9 @@ pub(crate) fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2]
 /// ([`crate::campaign::checks`]).
 pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit] = candidates(point, limit);
+    if is_darcy(point) || asked == IntegratorChoice::Adaptive {
+        return Stepping { integrator: Integrator::Adaptive, dt: dt.unwrap_or_else(|| adaptive_dt(point)) };
+    }
     let worth_it = match (&point.model, dt) {
         (Model::Deformable(ring), None) if folds(ring) => false,
         (Model::Deformable(_), None) => WORTH_IT * cost_per_t0(&implicit) < cost_per_t0(&verlet),
@@ -89,7 +119,7 @@ pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, li
     let chosen = match asked {
         IntegratorChoice::Implicit => implicit,
         IntegratorChoice::Auto if worth_it => implicit,
-        IntegratorChoice::Verlet | IntegratorChoice::Auto => verlet,
+        IntegratorChoice::Verlet | IntegratorChoice::Auto | IntegratorChoice::Adaptive => verlet,
     };
     Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
 }

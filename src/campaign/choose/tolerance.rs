@@ -25,7 +25,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
-const DEFAULT_VERTICES: usize = 256;
+/// The default of `n_vertices` under `dynamics = "vertex"`.
+pub(crate) const DEFAULT_VERTICES: usize = 256;
 
 /// N_v, the integrator, and its step; `None` is the automatic step.
 pub(crate) type Knobs = (usize, Integrator, Option<f64>);
@@ -147,7 +148,7 @@ impl Table {
     /// # Errors
     /// [`Unmet`].
     pub(crate) fn choose(&self, tolerance: f64, point: &Point) -> Result<Choice<'_>, Unmet<'_>> {
-        let kind = Kind::of(point).ok_or(Unmet::NotMeasured)?;
+        let kind = Kind::of(point).filter(|_| !stepping::is_darcy(point)).ok_or(Unmet::NotMeasured)?;
         let measured = self.kinds.get(&kind).ok_or(Unmet::TooFine(kind, None))?;
         let priced = |setting| {
             let stepping = stepping_at(setting, point);
@@ -196,6 +197,7 @@ fn stepping_at(setting: &Setting, point: &Point) -> Stepping {
         (Integrator::Verlet, None) => limit.auto_dt(),
         (Integrator::Implicit, Some(dt)) => dt.min(stepping::implicit_dt_bound(point.v_t)),
         (Integrator::Implicit, None) => stepping::implicit_dt(point),
+        (Integrator::Adaptive, dt) => dt.unwrap_or_else(|| stepping::adaptive_dt(point)),
     };
     Stepping { integrator: setting.integrator, dt }
 }

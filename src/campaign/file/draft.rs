@@ -4,8 +4,26 @@ use crate::campaign::choose::stepping;
 use crate::campaign::choose::tolerance;
 use crate::campaign::file::keys::Key;
 use crate::campaign::file::{Estimate, Until};
-use crate::parameters::{IntegratorChoice, Model, Point, Scene, Soft, Value};
+use crate::parameters::{Dynamics, GravityForm, IntegratorChoice, Model, Point, Scene, Soft, Value};
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
+
+/// The default of e_w under `dynamics = "darcy"`, up to Gamma = 1, and in proportion above: a contact then gives way by
+/// 1e-5 sigma. In channels it is five times as much, because the threshold of an orifice depends on a sharp tip.
+const HARD_WALL: f64 = 1e7;
+
+/// The largest e_w.
+const HARDEST: f64 = 1e8;
+
+/// The number of vertices under `dynamics = "darcy"`. Soft droplets drape themselves over obstacles, and their outline
+/// becomes several times as long; edges must stay short against an obstacle.
+fn darcy_vertices(gamma: f64, hangs: bool) -> usize {
+    match gamma {
+        gamma if !hangs || gamma >= 0.3 => 64,
+        gamma if gamma >= 0.1 => 96,
+        gamma if gamma >= 0.03 => 128,
+        _ => 192,
+    }
+}
 
 /// A value for every key that means something in a block. It is complete before a point is made of it.
 #[derive(Clone, Default)]
@@ -73,6 +91,7 @@ impl Draft {
     pub(super) fn point(&self) -> (Point, StabilityLimit) {
         let mut point = self.as_given();
         self.choose_stiffness(&mut point);
+        self.choose_vertices(&mut point);
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe("dt"), &point, &limit);
         let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
@@ -100,11 +119,33 @@ impl Draft {
         point
     }
 
+    /// The number of vertices, if the file leaves it open.
+    fn choose_vertices(&self, point: &mut Point) {
+        let hangs = matches!(point.scene, Scene::Obstacles(_) | Scene::Disc(_));
+        let Model::Deformable(ring) = &mut point.model else { return };
+        if self.is_open("n_vertices") {
+            ring.n_vertices = match ring.dynamics {
+                Dynamics::Vertex => tolerance::DEFAULT_VERTICES,
+                Dynamics::Darcy => darcy_vertices(ring.gamma, hangs),
+            };
+        }
+    }
+
     /// The stiffnesses that the file leaves open.
     fn choose_stiffness(&self, point: &mut Point) {
         let Model::Deformable(ring) = &mut point.model else { return };
         if self.is_open("e_w") {
-            ring.e_w = if matches!(point.scene, Scene::Channel(_)) { 1e6 } else { 1e4 };
+            ring.e_w = match (ring.dynamics, &point.scene) {
+                (Dynamics::Darcy, Scene::Channel(_)) => (5.0 * HARD_WALL * ring.gamma.max(1.0)).min(HARDEST),
+                (Dynamics::Darcy, _) => (HARD_WALL * ring.gamma.max(1.0)).min(HARDEST),
+                (Dynamics::Vertex, Scene::Channel(_)) => 1e6,
+                (Dynamics::Vertex, _) => 1e4,
+            };
+        }
+        if ring.dynamics == Dynamics::Darcy {
+            // Constant tension, hydrostatic weight, and contact of edges are what this dynamics is.
+            (ring.kappa, ring.gravity) = (0.0, GravityForm::Centroid);
+            return;
         }
         // A passage through a channel is over before vertices have slid far; among obstacles a droplet may hang for
         // good.

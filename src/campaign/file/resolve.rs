@@ -152,6 +152,7 @@ fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft
         }
     }
     sound &= chosen_once(&draft, view, problems) & one_form(view, problems) & until_is_whole(view, problems);
+    sound &= fits_dynamics(view, problems);
     // The tree of the file keeps its keys sorted by name.
     axes.sort_by_key(|axis| axis.start);
     sound.then_some((draft, axes))
@@ -218,6 +219,39 @@ fn chosen_once(draft: &Draft, view: Inherited<'_>, problems: &mut Problems<'_>) 
             .help(format!("keep `tolerance` or `{name}`; a block takes back the file's with tolerance = \"none\""));
     }
     chosen.iter().all(Option::is_none)
+}
+
+/// Keys of the ring of springs mean nothing for a liquid, and its own key nothing for the ring.
+fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    let darcy = view.word("dynamics") == Some("darcy");
+    let idle: &[(&'static str, &[&str])] = match darcy {
+        true => &[
+            ("kappa", &["auto"]),
+            ("eps", &[]),
+            ("wall", &["total"]),
+            ("contact", &["edge"]),
+            ("gravity", &["centroid"]),
+            ("integrator", &["auto", "adaptive"]),
+            ("tolerance", &["none"]),
+        ],
+        false => &[("step_error", &[])],
+    };
+    let means_nothing = |&(name, fitting): &(&'static str, &[&str])| {
+        let given = view.get(name)?;
+        (!view.word(name).is_some_and(|word| fitting.contains(&word))).then_some(given)
+    };
+    let found: Vec<_> = idle.iter().filter_map(means_nothing).collect();
+    for given in &found {
+        let (message, help) = match darcy {
+            true => (
+                "it means nothing for dynamics = \"darcy\", a liquid of constant tension without springs or inertia",
+                "leave it out, or write dynamics = \"vertex\"",
+            ),
+            false => ("it means nothing for dynamics = \"vertex\"", "leave it out, or write dynamics = \"darcy\""),
+        };
+        problems.note(&given.span, message).key(&given.path).help(help);
+    }
+    found.is_empty()
 }
 
 fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {

@@ -25,9 +25,13 @@ pub(super) fn within(rows: impl Iterator<Item = &'static Key> + Clone, number: f
     rows.clone().find_map(|key| key.domain.number(number)).ok_or_else(|| {
         let shown = Short(number);
         let message = match rows.clone().next().map(|key| key.domain) {
-            Some(Domain::Whole(_)) if number != number.round() => format!("{shown} is not a whole number"),
+            Some(Domain::Whole(_) | Domain::WholeOr(..)) if number != number.round() => {
+                format!("{shown} is not a whole number")
+            }
             Some(Domain::Text | Domain::Choice(_)) | None => "a number does not fit here".to_owned(),
-            Some(Domain::Whole(_) | Domain::Number(_) | Domain::NumberOr(..)) => format!("{shown} is out of range"),
+            Some(Domain::Whole(_) | Domain::WholeOr(..) | Domain::Number(_) | Domain::NumberOr(..)) => {
+                format!("{shown} is out of range")
+            }
         };
         Mistake::new(message).help(allowed(rows))
     })

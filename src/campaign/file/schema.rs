@@ -72,6 +72,7 @@ fn domain(key: &Key) -> Value {
         Domain::Choice(words) => json!({ "enum": words }),
         Domain::Number(interval) => number("number", interval),
         Domain::Whole(interval) => number("integer", interval),
+        Domain::WholeOr(interval, word) => json!({ "anyOf": [number("integer", interval), { "const": word }] }),
         Domain::NumberOr(interval, word) => json!({ "anyOf": [number("number", interval), { "const": word }] }),
     }
 }

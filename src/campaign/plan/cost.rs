@@ -1,6 +1,6 @@
 //! What jobs cost: the number of time steps times the measured duration of a step.
 
-use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
+use crate::campaign::choose::stepping::{NEWTON_STEPS, adaptive_s_per_t0, folds};
 use crate::campaign::file::Block;
 use crate::parameters::{Integrator, Model, Point};
 
@@ -28,11 +28,15 @@ impl Speed {
     pub(crate) fn expected_s(&self, point: &Point) -> f64 {
         let way = point.limits.distance.map(|distance| distance / (FLOWING_SPEED * point.v_t));
         let steps = way.map_or(point.limits.t_max, |time| time.min(point.limits.t_max)) / point.stepping.dt;
+        if let (Model::Deformable(ring), Integrator::Adaptive) = (&point.model, point.stepping.integrator) {
+            let known = self.implicit_ns_per_vertex_newton > 0.0;
+            return if known { steps * point.stepping.dt * adaptive_s_per_t0(ring.n_vertices) } else { 0.0 };
+        }
         let ns_per_step = match &point.model {
             Model::Deformable(ring) => {
                 let per_vertex = match point.stepping.integrator {
                     Integrator::Verlet => self.deformable_ns_per_vertex_step,
-                    Integrator::Implicit => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
+                    Integrator::Implicit | Integrator::Adaptive => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
                 };
                 ring.n_vertices as f64 * per_vertex * if folds(ring) { FOLDED } else { 1.0 }
             }

@@ -1,7 +1,8 @@
 //! Which effects act in a block, which do not, and why, as `plan` shows them before anything runs.
 
+use crate::campaign::choose::stepping::is_darcy;
 use crate::campaign::plan::text::Ends;
-use crate::parameters::{Deformable, GravityForm, Model, Point, SelfContact, list};
+use crate::parameters::{Deformable, Dynamics, GravityForm, Model, Point, SelfContact, list};
 use crate::physics::ring::forces::tension::is_linear;
 use crate::physics::simulate::stability::vertices_pile_up;
 use std::sync::Arc;
@@ -33,7 +34,11 @@ pub(super) fn of(points: &[Arc<Point>]) -> Vec<Effect> {
         false => of_no_ring(),
     };
     let contact = effect("contact", true, span(points, "e_w"));
-    let far_drag = effect("far_drag", true, span(points, "v_t"));
+    let liquid = |point: &Arc<Point>| is_darcy(point);
+    let far_drag = match points.iter().all(liquid) {
+        true => effect("far_drag", true, format!("{}: Darcy's law inside, no inertia", span(points, "v_t"))),
+        false => effect("far_drag", true, span(points, "v_t")),
+    };
     vec![tension, perimeter, area, gravity, contact, far_drag, near_wall, self_contact]
 }
 
@@ -51,7 +56,9 @@ fn of_rings(points: &[Arc<Point>]) -> [Effect; 5] {
     };
     let all = points.len();
     let stiff = count(|ring| ring.kappa > 0.0);
+    let liquid = count(|ring| ring.dynamics == Dynamics::Darcy) == all;
     let mut perimeter = match stiff {
+        0 if liquid => "constant tension: vertices are kept even by motion along the outline".to_owned(),
         0 => "kappa = 0".to_owned(),
         some if some == all => span(points, "kappa"),
         some => format!("{} in {some} of {all} points, else 0", span(points, "kappa")),

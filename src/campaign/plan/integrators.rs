@@ -41,6 +41,7 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
 fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
     let cut = times.cut();
     match (reason, integrator) {
+        (_, Integrator::Adaptive) => "that of dynamics = \"darcy\": steps follow step_error".to_owned(),
         (Reason::Asked, _) => "asked for".to_owned(),
         (Reason::NoOther, _) => "the integrator of SP".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
@@ -65,6 +66,7 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
     let saving = match point.stepping.integrator {
         Integrator::Verlet => implicit / verlet,
         Integrator::Implicit => verlet / implicit,
+        Integrator::Adaptive => return (Reason::Asked, 1.0),
     };
     let reason = match (&point.model, asked) {
         (Model::Soft(_), _) => Reason::NoOther,

@@ -2,7 +2,7 @@
 
 use crate::campaign::durations::written_s;
 use crate::campaign::plan::{BlockPlan, Cost, Plan, Switch};
-use crate::parameters::{Short, cut_to_three_digits};
+use crate::parameters::{Integrator, Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
 impl Plan {
@@ -44,7 +44,11 @@ impl BlockPlan {
         )?;
         writeln!(out, "  jobs     {}", self.counts_text())?;
         let (dt, limit) = (self.dt.cut(), self.dt_limit.cut());
-        writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
+        if self.integrators.iter().all(|chosen| chosen.integrator == Integrator::Adaptive.name()) {
+            writeln!(out, "  dt       {dt} between two looks at the droplet")?;
+        } else {
+            writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
+        }
         writeln!(out, "  limits   {}", self.ends_text())?;
         for chosen in &self.integrators {
             let at = match chosen.points {

@@ -2,6 +2,7 @@
 
 mod sheet;
 
+use crate::campaign::choose::tolerance::DEFAULT_VERTICES;
 use crate::campaign::durations::written;
 use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit};
@@ -60,7 +61,7 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = default_of("alpha"))]
     alpha: f64,
     /// Vertices of the ring
-    #[arg(long, default_value_t = default_of("n_vertices"))]
+    #[arg(long, default_value_t = DEFAULT_VERTICES as f64)]
     n_vertices: f64,
     /// Perimeter stiffness over line tension
     #[arg(long, default_value_t = PAPER_KAPPA)]

@@ -7,10 +7,12 @@
 //! |---|---|
 //! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
 //! | [`implicit`] | a ring in implicit steps |
+//! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
 //! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
 //!
 //! `placing` puts droplets at their start, with the same integrators.
 
+pub mod darcy;
 pub mod guard;
 pub mod implicit;
 pub(crate) mod placing;
@@ -24,6 +26,7 @@ use crate::physics::point::SoftState;
 use crate::physics::ring::Ring;
 use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
+use darcy::DarcyState;
 use guard::GuardState;
 use implicit::ImplicitState;
 use serde::{Deserialize, Serialize};
@@ -54,6 +57,11 @@ pub trait Motion {
 
     /// World position of an obstacle inside the droplet, if there is one.
     fn engulfed(&self) -> Option<[f64; 2]> {
+        None
+    }
+
+    /// World position of a film of liquid that has closed, if one has. The droplet breaks there and moves no further.
+    fn pinched(&self) -> Option<[f64; 2]> {
         None
     }
 
@@ -90,6 +98,8 @@ pub enum MotionState {
     Verlet(GuardState),
     /// Implicit steps of a ring.
     Implicit(Box<ImplicitState>),
+    /// A liquid droplet.
+    Darcy(Box<DarcyState>),
     /// A soft particle.
     Soft(SoftState),
 }

@@ -102,7 +102,7 @@ impl Placing<'_> {
             Integrator::Verlet => {
                 Inflating::Verlet(Box::new(VerletMotion::start(ring, effects, dt, self.instruction_set)))
             }
-            Integrator::Implicit => {
+            Integrator::Implicit | Integrator::Adaptive => {
                 Inflating::Implicit(Box::new(ImplicitMotion::start(ring, effects, dt, self.instruction_set)))
             }
         };

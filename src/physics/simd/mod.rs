@@ -6,6 +6,7 @@
 //! bits.
 
 pub mod aligned;
+pub(crate) mod functions;
 
 pub use fearless_simd::Level as InstructionSet;
 use fearless_simd::{f64x8, prelude::*};

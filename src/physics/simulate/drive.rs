@@ -46,7 +46,10 @@ pub(super) fn drive(
         (course.step, course.checks) = (next, course.checks + 1);
         let (t, seen) = (next as f64 * dt, motion.observe());
         judge.sound(motion, &mut course, &seen, t)?;
-        let outcome = judge.outcome(&mut course, &seen, next == timetable.end);
+        let outcome = match motion.pinched() {
+            Some(_) => Some(Outcome::Pinched),
+            None => judge.outcome(&mut course, &seen, next == timetable.end),
+        };
         record(&mut course, timetable, &seen, t, outcome.is_some());
         if let Some(outcome) = outcome {
             let trajectory = finish(course, outcome, t, &seen, motion.refused());

@@ -1,9 +1,15 @@
 //! Decides which effects a job has, and puts its droplet at its start.
 
-use crate::parameters::{Deformable, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, Scene, Soft};
+use crate::parameters::{
+    Deformable, Dynamics, GravityForm, Integrator, Job, MASS, Model, PAPER_ALPHA, Point, STEP_ERROR, Scene, Soft,
+    Stepping,
+};
+use crate::physics::liquid::{dissipation::Dissipation, near_wall::NearWall};
+use crate::physics::liquid::{polygon::Polygon, potential::Potential, self_contact::SelfContact as FoldContact};
 use crate::physics::motion::placing::{Placing, Site};
 use crate::physics::motion::{
-    Interruption, Motion, MotionState, guard::GuardedMotion, implicit::ImplicitMotion, verlet::VerletMotion,
+    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit::ImplicitMotion,
+    verlet::VerletMotion,
 };
 use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
@@ -45,6 +51,12 @@ pub(super) fn start(
     }
 }
 
+/// The step with which a liquid droplet is placed, in t0.
+const PLACING_STEP: f64 = 1.0 / 16.0;
+
+/// The total stiffness of the walls while a liquid droplet is placed.
+const PLACING_STIFFNESS: f64 = 1e5;
+
 struct Start<'a, W: Walls> {
     point: &'a Point,
     walls: Arc<W>,
@@ -67,7 +79,7 @@ impl<W: Walls> Start<'_, W> {
         let (dt, walls, instruction_set) = (self.point.stepping.dt, self.walls.clone(), self.context.instruction_set);
         Ok(match self.from {
             None => {
-                let position = self.placing().point(soft.e_w, &walls)?;
+                let position = self.placing(&self.point.stepping).point(soft.e_w, &walls)?;
                 boxed(SoftMotion::start(position, effects, dt, walls, instruction_set))
             }
             Some(MotionState::Soft(state)) => boxed(SoftMotion::resume(*state, effects, dt, walls, instruction_set)),
@@ -92,17 +104,71 @@ impl<W: Walls> Start<'_, W> {
             (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
                 ImplicitMotion::resume(state, n, effects, dt, instruction_set).and_then(boxed)
             }
+            (Integrator::Adaptive, None) => {
+                let placed = self.placed(ring)?;
+                let [x, y] = [&placed.x, &placed.y].map(|column| column[..n].to_vec());
+                let liquid = self.liquid(ring);
+                boxed(DarcyMotion::start(
+                    Polygon { x, y },
+                    placed.origin,
+                    liquid,
+                    self.dissipation(ring),
+                    self.times(ring),
+                    instruction_set,
+                ))
+            }
+            (Integrator::Adaptive, Some(MotionState::Darcy(state))) => {
+                let liquid = self.liquid(ring);
+                DarcyMotion::resume(state, n, liquid, self.dissipation(ring), self.times(ring), instruction_set)
+                    .and_then(boxed)
+            }
             _ => None,
         })
     }
 
-    fn placing(&self) -> Placing<'_> {
-        let Context { instruction_set, stop, .. } = self.context;
-        Placing { site: self.site, stepping: &self.point.stepping, instruction_set, stop }
+    /// The drag of a liquid droplet: `b_inf/a0 = M/(V_t a0)`, and the mass is a0.
+    fn dissipation(&self, ring: &Deformable) -> Dissipation {
+        let near_wall = match self.drag(ring) {
+            Drag::Far { .. } => None,
+            Drag::NearWall(drag) => Some(NearWall::new(drag, ring.n_vertices, 1.0 / self.point.v_t)),
+        };
+        Dissipation::new(ring.n_vertices, 1.0 / self.point.v_t, near_wall, self.context.instruction_set)
     }
 
+    /// The nominal step and the error allowed in one step.
+    fn times(&self, ring: &Deformable) -> [f64; 2] {
+        [self.point.stepping.dt, ring.step_error.unwrap_or(STEP_ERROR)]
+    }
+
+    /// The energy of a liquid droplet.
+    fn liquid(&self, ring: &Deformable) -> Potential<W> {
+        let folds = (ring.self_contact == crate::parameters::SelfContact::Auto)
+            .then(|| FoldContact::new(ring.n_vertices, ring.delta, ring.k_w()));
+        Potential {
+            walls: self.walls.clone(),
+            gamma: ring.gamma,
+            k_a: ring.k_a,
+            rest: MASS,
+            weight: MASS,
+            k_w: ring.k_w(),
+            reach: self.walls.surface() + 0.5 * ring.delta,
+            folds,
+        }
+    }
+
+    fn placing<'b>(&'b self, stepping: &'b Stepping) -> Placing<'b> {
+        let Context { instruction_set, stop, .. } = self.context;
+        Placing { site: self.site, stepping, instruction_set, stop }
+    }
+
+    /// The ring at its start. A liquid droplet is placed as an even ring of springs, which has almost its shape.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
-        self.placing().ring(ring, self.weightless(ring))
+        if ring.dynamics == Dynamics::Vertex {
+            return self.placing(&self.point.stepping).ring(ring, self.weightless(ring));
+        }
+        let stepping = Stepping { integrator: Integrator::Implicit, dt: PLACING_STEP };
+        let springs = Deformable { kappa: ring.linear_kappa(), e_w: PLACING_STIFFNESS, ..ring.clone() };
+        self.placing(&stepping).ring(&springs, self.weightless(&springs))
     }
 
     /// All that acts on the ring of this job.

@@ -65,6 +65,10 @@ impl Obstacle for HalfPlane {
         f64x8::splat(simd, 0.0)
     }
 
+    fn corner(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     fn inner_point(&self) -> Option<[f64; 2]> {
         None
     }

@@ -25,6 +25,7 @@
 //! | [`Obstacle::touch_point`] | `reach - d(p)` and `n`, for one point | the soft particle |
 //! | [`Obstacle::push_point`] | `f + k (reach - d(p)) n`, for one point | the soft particle, at each step |
 //! | [`Obstacle::curvature`] | `1/d` where a corner is nearest, 0 where a face is | the implicit integrator |
+//! | [`Obstacle::corner`] | the point around which the surface is round | edges that bend round a wall |
 //! | [`Obstacle::inner_point`] | a point that no droplet may contain | the check for engulfed obstacles |
 //! | [`Obstacle::id`] | a number | sums over obstacles, which go in its order |
 //!
@@ -114,6 +115,15 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How fast the normal turns along the surface through each point outside the skeleton: the inverse distance where
     /// a corner of the skeleton is nearest, zero where a face is.
     fn curvature<S: Simd>(&self, simd: S, x: f64x8<S>, y: f64x8<S>) -> f64x8<S>;
+
+    /// The curvature at one point.
+    fn curvature_at(&self, x: f64, y: f64) -> f64 {
+        let simd = fearless_simd::Fallback::new();
+        self.curvature(simd, f64x8::splat(simd, x), f64x8::splat(simd, y)).as_slice()[0]
+    }
+
+    /// The corner of the skeleton, around which the surface is round; `None` if there is none.
+    fn corner(&self) -> Option<[f64; 2]>;
 
     /// A point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced by
     /// it. `None` if there is no such point.

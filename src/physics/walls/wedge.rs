@@ -189,6 +189,10 @@ impl Obstacle for Wedge {
         at_tip.select(1.0 / (rx * rx + ry * ry).max(f64x8::splat(simd, 1e-300)).sqrt(), zero)
     }
 
+    fn corner(&self) -> Option<[f64; 2]> {
+        Some([self.x, self.y])
+    }
+
     fn inner_point(&self) -> Option<[f64; 2]> {
         Some([self.x, self.y])
     }

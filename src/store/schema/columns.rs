@@ -121,7 +121,7 @@ pub(in crate::store) fn column(table: &str, name: &str) -> Option<Column> {
     let rows: Vec<&Parameter> = PARAMETERS.iter().filter(|parameter| parameter.name == name).collect();
     let kind = match rows.first()?.domain {
         Domain::Text | Domain::Choice(_) => Text,
-        Domain::Whole(_) => Whole,
+        Domain::Whole(_) | Domain::WholeOr(..) => Whole,
         Domain::Number(_) | Domain::NumberOr(..) => Number,
     };
     let (unit, meaning) = (joined(&rows, |row| row.unit), joined(&rows, |row| row.about));

@@ -31,6 +31,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0003_dumps.sql"),
     include_str!("../../../migrations/0004_files.sql"),
     include_str!("../../../migrations/0005_columns.sql"),
+    include_str!("../../../migrations/0006_dynamics.sql"),
 ];
 
 /// The latest schema of this program.

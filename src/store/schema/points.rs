@@ -32,7 +32,9 @@ pub(in crate::store) fn values(point: &Point) -> Vec<Value> {
 fn value(point: &Point, parameter: &Parameter) -> Value {
     let is_word = matches!(parameter.domain, Domain::Choice(_) | Domain::Text);
     match list::value(point, parameter.name) {
-        Some(parameters::Value::Number(number)) if matches!(parameter.domain, Domain::Whole(_)) => {
+        Some(parameters::Value::Number(number))
+            if matches!(parameter.domain, Domain::Whole(_) | Domain::WholeOr(..)) =>
+        {
             Value::Integer(number as i64)
         }
         Some(parameters::Value::Number(number)) => Value::Real(number),

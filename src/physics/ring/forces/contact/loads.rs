@@ -61,7 +61,7 @@ impl<W: Walls> Contact<W> {
 
 /// Adds the push of one edge to the load of obstacle `id`. Until [`finish_load`], `at` is the sum of places times
 /// pushes, and `turn` is the sum of the pushes.
-fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
+pub(crate) fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push: f64) {
     if loads.last().is_none_or(|load| load.id != id) {
         loads.push(Load { id, at: [0.0; 2], force: [0.0; 2], turn: 0.0 });
     }
@@ -76,7 +76,7 @@ fn add_load(loads: &mut Vec<Load>, id: u32, at: [f64; 2], normal: [f64; 2], push
 
 /// Divides the sums by the total push, and finds the angle. Pushes along a contact whose normals spread evenly over an
 /// angle `turn` cancel in part, `|force| = push sin(turn/2)/(turn/2)`, which is solved by bisection.
-fn finish_load(load: &mut Load) {
+pub(crate) fn finish_load(load: &mut Load) {
     let push = load.turn;
     load.at = load.at.map(|sum| sum / push);
     let share = (load.force[0] * load.force[0] + load.force[1] * load.force[1]).sqrt() / push;

@@ -14,6 +14,7 @@ mod loads;
 mod stretches;
 
 pub use loads::{ContactState, Load};
+pub(crate) use loads::{add_load, finish_load};
 
 use crate::on_instruction_set;
 use crate::parameters::ContactKind;

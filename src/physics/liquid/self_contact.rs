@@ -1,0 +1,122 @@
+//! The droplet touches itself where two stretches of its outline come closer than delta.
+//!
+//! Where a gap outside of the droplet closes, a vertex that is nearer than delta to an edge elsewhere is pushed off
+//! with the energy `(k/2)(delta - d)^2`. Where the liquid between two stretches is a film thinner than delta, the film
+//! closes and the droplet breaks in two ([`Pair::Film`]), which is beyond this model. Parts that are neighbours along
+//! the ring are left out: the half circle at the end of a film of thickness delta has the length `pi delta/2`, and
+//! twice that counts as neighbourhood.
+
+use crate::physics::liquid::jet::Jet;
+use crate::physics::liquid::polygon::{Polygon, following};
+use std::f64::consts::PI;
+
+/// The rule for which parts of the ring may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SelfContact {
+    delta: f64,
+    stiffness: f64,
+    /// Vertices and edges whose numbers differ by no more are neighbours.
+    neighbours: usize,
+}
+
+/// A pair of a vertex and an edge that are closer than delta.
+#[derive(Clone, Debug)]
+pub(crate) enum Pair {
+    /// They touch across a gap.
+    Gap(Box<Touch>),
+    /// The film of liquid between them is closing; where the vertex is.
+    Film([f64; 2]),
+}
+
+/// What one touching pair adds to the energy.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// The vertex, and the two vertices of the edge.
+    pub(crate) vertices: [usize; 3],
+    pub(crate) energy: f64,
+    pub(crate) gradient: [f64; 6],
+    pub(crate) hessian: [[f64; 6]; 6],
+}
+
+impl SelfContact {
+    /// Contact of a ring of `n` vertices with itself.
+    pub(crate) fn new(n: usize, delta: f64, stiffness: f64) -> Self {
+        let edge = PI / n as f64;
+        Self { delta, stiffness, neighbours: 2 + (PI * delta / edge).ceil() as usize }
+    }
+
+    /// Lists the pairs of a vertex and an edge that are closer than `delta + skin`.
+    pub(crate) fn list(&self, shape: &Polygon, skin: f64, pairs: &mut Vec<[usize; 2]>) {
+        pairs.clear();
+        let n = shape.len();
+        for vertex in 0..n {
+            for edge in 0..n {
+                let ahead = (edge + n - vertex) % n;
+                if ahead <= self.neighbours || n - ahead <= self.neighbours + 1 {
+                    continue;
+                }
+                let (squared, _) = separation(shape, vertex, edge);
+                if squared < (self.delta + skin) * (self.delta + skin) {
+                    pairs.push([vertex, edge]);
+                }
+            }
+        }
+    }
+
+    /// How a listed pair touches; `None` if it does not.
+    pub(crate) fn touch(&self, shape: &Polygon, [vertex, edge]: [usize; 2]) -> Option<Pair> {
+        let (squared, place) = separation(shape, vertex, edge);
+        if squared >= self.delta * self.delta {
+            return None;
+        }
+        if is_inside(shape, vertex, edge) {
+            return Some(Pair::Film(shape.at(vertex)));
+        }
+        let vertices = [vertex, edge, following(edge, shape.len())];
+        let [v, a, b] = [0, 1, 2].map(|k| {
+            [Jet::<6>::variable(shape.x[vertices[k]], 2 * k), Jet::<6>::variable(shape.y[vertices[k]], 2 * k + 1)]
+        });
+        let apart = |end: [Jet<6>; 2]| {
+            let (dx, dy) = (v[0] - end[0], v[1] - end[1]);
+            (dx * dx + dy * dy + Jet::constant(1e-30)).sqrt()
+        };
+        let distance = if place <= 0.0 {
+            apart(a)
+        } else if place >= 1.0 {
+            apart(b)
+        } else {
+            let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
+            let cross = (v[0] - a[0]) * ey - (v[1] - a[1]) * ex;
+            let length = (ex * ex + ey * ey).sqrt();
+            let side = if cross.value < 0.0 { -1.0 } else { 1.0 };
+            cross * side * length.reciprocal()
+        };
+        let overlap = Jet::constant(self.delta) - distance;
+        let energy = overlap * overlap * (0.5 * self.stiffness);
+        Some(Pair::Gap(Box::new(Touch {
+            vertices,
+            energy: energy.value,
+            gradient: energy.gradient,
+            hessian: energy.hessian,
+        })))
+    }
+}
+
+/// Squared distance of a vertex from an edge, and the place of the nearest point along the edge's line.
+fn separation(shape: &Polygon, vertex: usize, edge: usize) -> (f64, f64) {
+    let next = following(edge, shape.len());
+    let (rx, ry) = (shape.x[vertex] - shape.x[edge], shape.y[vertex] - shape.y[edge]);
+    let (ex, ey) = (shape.x[next] - shape.x[edge], shape.y[next] - shape.y[edge]);
+    let place = (rx * ex + ry * ey) / (ex * ex + ey * ey);
+    let q = place.clamp(0.0, 1.0);
+    let (dx, dy) = (rx - q * ex, ry - q * ey);
+    (dx * dx + dy * dy, place)
+}
+
+/// Whether the edge has the vertex on its inner side, so that liquid is between them.
+fn is_inside(shape: &Polygon, vertex: usize, edge: usize) -> bool {
+    let next = following(edge, shape.len());
+    let (rx, ry) = (shape.x[vertex] - shape.x[edge], shape.y[vertex] - shape.y[edge]);
+    let (ex, ey) = (shape.x[next] - shape.x[edge], shape.y[next] - shape.y[edge]);
+    ex * ry - ey * rx > 0.0
+}
