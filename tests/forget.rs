@@ -38,6 +38,20 @@ fn counts(dir: &Path, store: &str) -> String {
 }
 
 #[test]
+fn jobs_that_another_campaign_only_found_done_stay_with_it() {
+    let folder = both();
+    let dir = folder.path();
+    let part = CAMPAIGN.replace("name = \"small\"", "name = \"part\"").replace("gamma = [0.3, 1.0]", "gamma = [0.3]");
+    fs::write(dir.join("part.toml"), part).unwrap();
+    expect(0, dir, &["run", "part.toml", "--store", STORE, "--quiet"]);
+    expect(0, dir, &["forget", STORE, "small", "--yes"]);
+    let left = counts(dir, STORE);
+    assert!(left.contains("part,done,"), "{left}");
+    let again = said(&expect(0, dir, &["run", "part.toml", "--store", STORE]));
+    assert!(again.contains("jobs are done"), "{again}");
+}
+
+#[test]
 fn a_forgotten_campaign_is_computed_anew_with_the_same_bits_and_its_copy_is_a_store() {
     let folder = both();
     let dir = folder.path();

@@ -9,7 +9,8 @@ use crate::execute::rounds::{Evidence, grown};
 use crate::execute::schedule::{Paused, Progress, StopReason};
 use crate::physics::simd::{InstructionSet, best_instruction_set};
 use crate::store::{
-    CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Twin, job_states, open_reading, point_runs, twins,
+    CampaignRecord, PlannedPoint, Provenance, Store, StoreError, Twin, holds_campaign, job_states, open_reading,
+    point_runs, twins,
 };
 use rusqlite::Connection;
 use std::borrow::Cow;
@@ -74,7 +75,8 @@ impl RunReport {
 
 /// Runs what the store in `dir` does not hold yet of a campaign, round after round, and tells `watch` how it goes.
 ///
-/// The store is created if there is none. It is not opened for writing if nothing is left to do.
+/// The store is created if there is none. If nothing is left to do it is not opened for writing, but for the text of a
+/// campaign that it does not hold yet.
 ///
 /// # Errors
 /// [`RunError`]; what was committed stays.
@@ -92,6 +94,7 @@ pub fn run(
         if retry == Retry::Nothing && readable(dir)?.is_some() {
             // No time is estimated.
             if let Some(report) = RunReport::complete(&planned(&round, dir, &Speed::default())?) {
+                note_claim(&round, dir)?;
                 return Ok(report);
             }
         }
@@ -102,6 +105,20 @@ pub fn run(
         }
         (rounds, retry) = (rounds + 1, Retry::Nothing);
     }
+}
+
+/// Notes in the store that this campaign too plans jobs that are all there: another campaign that is forgotten must not
+/// take them along. A store that cannot be written stays as it is.
+fn note_claim(campaign: &Campaign, dir: &Path) -> Result<(), StoreError> {
+    if holds_campaign(dir, &campaign.name, &campaign.text)? {
+        return Ok(());
+    }
+    let record = CampaignRecord { name: &campaign.name, text: &campaign.text };
+    let points: Vec<_> = PlannedPoint::all(campaign).collect();
+    if let Err(error) = Store::open(dir).and_then(|mut store| store.register(&record, &points)) {
+        tracing::warn!("the store does not learn of the campaign {}, whose jobs are all there: {error}", campaign.name);
+    }
+    Ok(())
 }
 
 /// What [`run`] would do now, with the time that it would take on this machine; writes nothing.

@@ -92,6 +92,7 @@ pub use error::StoreError;
 pub(crate) use folders::{Folders, around, is_there};
 pub use forget::{Forgotten, forget, forgettable};
 pub use holder::Holder;
+pub use read::campaign_texts::holds_campaign;
 pub use read::export::{ExportedFile, export};
 pub use read::fits::point_runs;
 pub use read::format::{Format, MOST_TABLE_ROWS};

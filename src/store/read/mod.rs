@@ -21,6 +21,7 @@
 //! **Durability.** A sample file is compared with its checksum before its first row is read, so numbers of a damaged
 //! file do not get out.
 
+pub(super) mod campaign_texts;
 pub(super) mod export;
 pub(super) mod fits;
 pub(super) mod format;
