@@ -85,7 +85,12 @@ impl Interior {
             self.share[i] = self.length[i] / perimeter;
         }
         let set = self.set;
-        on_instruction_set!(set, simd => (0..n).for_each(|e| self.elements(simd, e)));
+        // A loop, because code in a closure is compiled without vector instructions.
+        on_instruction_set!(set, simd => {
+            for e in 0..n {
+                self.elements(simd, e);
+            }
+        });
         if !solve_many(set, &mut self.h, n, &mut self.q) {
             return false;
         }
