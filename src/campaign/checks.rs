@@ -3,6 +3,7 @@
 //! latter can be broken.
 
 use crate::campaign::choose::tolerance::{Unmet, table};
+use crate::campaign::memory::{array_bytes, record_bytes, size};
 use crate::parameters::{
     Density, Dynamics, Integrator, Model, PARAMETERS, Point, Scene, Short, Stepping, Value, cut_to_three_digits,
 };
@@ -11,6 +12,11 @@ use crate::physics::simulate::stability::StabilityLimit;
 /// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are
 /// dense.
 const LARGEST_BOX: f64 = 10_000.0;
+
+/// Most memory of one array, of what one run records, in bytes; and most steps of a run.
+const LARGEST_ARRAY: f64 = 4e9;
+const LARGEST_RECORD: f64 = 1e9;
+const MOST_STEPS: f64 = 1e12;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
 const SATURATION: f64 = 0.547;
@@ -38,9 +44,23 @@ pub(crate) fn breaches(point: &Point, limit: &StabilityLimit) -> Vec<Breach> {
         room_for_all(point),
         fits_box(point),
         can_be_held(point),
+        ends(point),
+        can_be_recorded(point),
         fits_start(point),
     ];
     out_of_range(point).chain(together.into_iter().flatten()).collect()
+}
+
+/// Refuses a point that no campaign file can make, wherever it comes from: stores and dumps hold points too, and a stranger
+/// may have made them.
+///
+/// # Errors
+/// What is wrong with the first parameter at fault, and what is allowed.
+pub(crate) fn validate(point: &Point) -> Result<(), String> {
+    // Conditions of several parameters are worked out for numbers that lie in their ranges alone.
+    let first = out_of_range(point).next();
+    let first = first.or_else(|| breaches(point, &StabilityLimit::of(point)).into_iter().next());
+    first.map_or(Ok(()), |Breach { key, message, help, .. }| Err(format!("{key}: {message}; {help}")))
 }
 
 /// The parameters whose numbers lie outside of their ranges.
@@ -178,15 +198,53 @@ fn can_be_held(point: &Point) -> Option<Breach> {
     let Scene::Obstacles(field) = &point.scene else { return None };
     let spacing = field.sigma_ob + field.w_ob;
     let excess = field.box_size / (LARGEST_BOX * spacing);
-    (excess > 1.0).then(|| Breach {
-        key: "sigma_ob",
-        excess,
-        message: format!(
+    if excess > 1.0 {
+        let message = format!(
             "the box, {} wide, is more than {LARGEST_BOX} times sigma_ob + w_ob = {}",
             Short(field.box_size),
             Short(spacing)
+        );
+        let help =
+            format!("raise sigma_ob or w_ob, to {} together, or lower box_size", Short(field.box_size / LARGEST_BOX));
+        return Some(Breach { key: "sigma_ob", excess, message, help });
+    }
+    let bytes = array_bytes(field);
+    (bytes > LARGEST_ARRAY).then(|| Breach {
+        key: "box_size",
+        excess: bytes / LARGEST_ARRAY,
+        message: format!("placing its obstacles takes {}, and at most {} are used", size(bytes), size(LARGEST_ARRAY)),
+        help: "lower box_size or density, or raise sigma_ob or w_ob".to_owned(),
+    })
+}
+
+/// The steps come to an end.
+fn ends(point: &Point) -> Option<Breach> {
+    let steps = point.limits.t_max / point.stepping.dt;
+    (steps > MOST_STEPS).then(|| Breach {
+        key: "dt",
+        excess: steps / MOST_STEPS,
+        message: format!(
+            "steps of {} up to t_max = {} do not end",
+            Short(point.stepping.dt),
+            Short(point.limits.t_max)
         ),
-        help: format!("raise sigma_ob or w_ob, to {} together, or lower box_size", Short(field.box_size / LARGEST_BOX)),
+        help: format!("a run has at most {} steps: raise dt, or lower t_max", Short(MOST_STEPS)),
+    })
+}
+
+/// What a run records fits in memory, where it stays until the run ends.
+fn can_be_recorded(point: &Point) -> Option<Breach> {
+    let record = record_bytes(point);
+    let (key, bytes) = if record.samples >= record.shapes {
+        ("sample_every", record.samples)
+    } else {
+        ("shapes_every", record.shapes)
+    };
+    (record.samples + record.shapes > LARGEST_RECORD).then(|| Breach {
+        key,
+        excess: bytes / LARGEST_RECORD,
+        message: format!("up to t_max = {} a run records {}", Short(point.limits.t_max), size(bytes)),
+        help: format!("a run may record {}: raise {key}, or lower t_max", size(LARGEST_RECORD)),
     })
 }
 

@@ -7,7 +7,7 @@ use crate::cli::progress::Display;
 use crate::cli::talk::{print, say, typed, write_file};
 use crate::cli::{CommandResult, Exit};
 use crate::execute::{self, RunReport};
-use crate::parameters::{JobId, PointId};
+use crate::parameters::{JobId, PointId, shown};
 use crate::report::accuracy::{Origin, page, text};
 use crate::report::{error_plot, raster};
 use crate::results::fits::RunRecord;
@@ -65,7 +65,7 @@ impl Arguments {
         };
         campaign.blocks.iter().try_for_each(|block| parts(&block.name).map(drop))?;
         if let Some(odd) = self.plot.iter().find(|path| picture_kind(path).is_none()) {
-            return Err(format!("{} is not a picture that can be written: name it .svg or .png", odd.display()).into());
+            return Err(format!("{} is not a picture that can be written: name it .svg or .png", shown(odd)).into());
         }
         let dir = self.effort.store(&campaign.name);
         tell_cost(&campaign, &dir, options.threads, quiet)?;

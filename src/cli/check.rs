@@ -3,6 +3,7 @@
 use crate::cli::output::deliver;
 use crate::cli::talk::{say, typed};
 use crate::cli::{CommandResult, Exit, store_here};
+use crate::parameters::{plain, shown};
 use crate::store::{CheckReport, ColumnKind, Finding, Format, Value, check, repair, write_rows};
 use std::io::Write;
 use std::path::PathBuf;
@@ -30,7 +31,7 @@ impl Arguments {
             format => write_rows(&COLUMNS, report.findings.iter().map(row), format, out),
         })?;
         let CheckReport { findings, notes, jobs, files, repaired } = &report;
-        notes.iter().for_each(|note| say(format!("note: {note}")));
+        notes.iter().for_each(|note| say(format!("note: {}", plain(note))));
         if !quiet {
             let dir = typed(&dir);
             say(match (findings.len(), repaired) {
@@ -45,7 +46,9 @@ impl Arguments {
 
 /// Two lines per finding: what is wrong with which file, and what is done about it.
 fn described(report: &CheckReport) -> String {
-    let line = |finding: &Finding| format!("{}: {}\n    {}\n", finding.file.display(), finding.problem, finding.cure);
+    let line = |Finding { file, problem, cure }: &Finding| {
+        format!("{}: {}\n    {}\n", shown(file), plain(problem), plain(cure))
+    };
     report.findings.iter().map(line).collect()
 }
 
@@ -53,5 +56,9 @@ const COLUMNS: [(&str, ColumnKind); 3] =
     [("file", ColumnKind::Text), ("problem", ColumnKind::Text), ("cure", ColumnKind::Text)];
 
 fn row(finding: &Finding) -> Vec<Value> {
-    vec![finding.file.display().to_string().into(), finding.problem.clone().into(), finding.cure.clone().into()]
+    vec![
+        finding.file.to_string_lossy().into_owned().into(),
+        finding.problem.clone().into(),
+        finding.cure.clone().into(),
+    ]
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::talk::print;
 use crate::cli::{CommandResult, Exit};
+use crate::parameters::shown;
 use crate::store::{Format, export};
 use std::path::PathBuf;
 
@@ -23,7 +24,7 @@ impl Arguments {
         let format: Format = self.format.parse()?;
         for file in export(&self.store, &self.out, format)? {
             let rows = file.rows.map_or_else(String::new, |rows| format!("{rows} rows, "));
-            print(format!("{}  {rows}{} bytes\n", file.path.display(), file.bytes))?;
+            print(format!("{}  {rows}{} bytes\n", shown(&file.path), file.bytes))?;
         }
         Ok(Exit::Done)
     }

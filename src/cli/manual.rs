@@ -1,8 +1,9 @@
 //! `meniscus completions SHELL`, `meniscus man` and `meniscus schema`: what shells, `man` and editors read.
 
 use crate::campaign::file::schema::schema;
-use crate::cli::talk::{print, write_file};
+use crate::cli::talk::{print, print_data, write_file};
 use crate::cli::{Cli, CommandResult, Exit};
+use crate::parameters::shown;
 use clap::CommandFactory;
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -40,7 +41,7 @@ impl Completions {
     pub(super) fn run(&self) -> CommandResult {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::command(), "meniscus", &mut script);
-        print(script)?;
+        print_data(script)?;
         Ok(Exit::Done)
     }
 }
@@ -51,10 +52,10 @@ impl Manual {
         let mut command = Cli::command();
         command.build();
         let Some(folder) = &self.folder else {
-            print(page(command)?)?;
+            print_data(page(command)?)?;
             return Ok(Exit::Done);
         };
-        std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+        std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", shown(folder)))?;
         let subcommands: Vec<_> = command.get_subcommands().filter(|one| one.get_name() != "help").cloned().collect();
         for command in std::iter::once(command).chain(subcommands) {
             // Built commands know the whole name, `meniscus-run`.

@@ -2,6 +2,7 @@
 
 use crate::cli::CommandResult;
 use crate::cli::Exit;
+use crate::parameters::{harmless, shown};
 use crate::store::Format;
 use std::error::Error;
 use std::fs::File;
@@ -25,7 +26,11 @@ pub(super) fn deliver<E: Into<Box<dyn Error>>>(
         );
     }
     let mut out = BufWriter::new(std::io::stdout().lock());
-    write(&mut out).map_err(Into::into)?;
+    // Programs get every character; people, and their terminals, get those that only show.
+    match format == Format::Table || (format != Format::Parquet && std::io::stdout().is_terminal()) {
+        true => write(&mut Harmless(&mut out)).map_err(Into::into)?,
+        false => write(&mut out).map_err(Into::into)?,
+    }
     match out.flush() {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(Exit::Done),
@@ -37,7 +42,7 @@ pub(super) fn to_file<E: Into<Box<dyn Error>>>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
 ) -> Result<(), Box<dyn Error>> {
-    let failed = |error: std::io::Error| format!("cannot write {}: {error}", path.display());
+    let failed = |error: std::io::Error| format!("cannot write {}: {error}", shown(path));
     // The file that a link leads to is replaced, not the link.
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if target.exists() && !target.is_file() {
@@ -58,4 +63,18 @@ pub(super) fn to_file<E: Into<Box<dyn Error>>>(
     drop(out);
     half.persist(&target).map_err(|error| failed(error.error))?;
     Ok(())
+}
+
+/// Escapes what a terminal would obey in text that is written, a whole number of characters at a time.
+struct Harmless<W>(W);
+
+impl<W: Write> Write for Harmless<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write_all(harmless(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
 }

@@ -1,10 +1,12 @@
 //! `meniscus query DIR "SQL"`.
 
+use crate::campaign::file::read_input;
 use crate::cli::output::deliver;
 use crate::cli::talk::say;
 use crate::cli::{CommandResult, store_here};
+use crate::parameters::shown;
 use crate::store::{Answer, Format, MOST_TABLE_ROWS, query};
-use std::io::{Read, Write};
+use std::io::{Error, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `query`.
@@ -67,13 +69,17 @@ impl Arguments {
             (_, Some(path)) if path.as_os_str() != "-" => read(path),
             _ => {
                 let mut sql = String::new();
-                let read = std::io::stdin().read_to_string(&mut sql);
+                let read = std::io::stdin().take(LONGEST_STATEMENT).read_to_string(&mut sql);
                 read.map(|_| sql).map_err(|error| format!("cannot read the statement from stdin: {error}"))
             }
         }
     }
 }
 
+/// Longest statement, in bytes: SQLite takes no longer ones.
+const LONGEST_STATEMENT: u64 = 1 << 20;
+
 fn read(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| format!("cannot read {}: {error}", path.display()))
+    let text = read_input(path, LONGEST_STATEMENT).and_then(|bytes| String::from_utf8(bytes).map_err(Error::other));
+    text.map_err(|error| format!("cannot read {}: {error}", shown(path)))
 }

@@ -1,8 +1,9 @@
 //! `meniscus render DIR JOB_ID`: a droplet among its obstacles as a picture.
 
-use crate::cli::talk::{print, say, typed, write_file};
+use crate::campaign::checks;
+use crate::cli::talk::{print, print_data, say, typed, write_file};
 use crate::cli::{CommandResult, Exit, whole_store};
-use crate::parameters::{JobId, JobState};
+use crate::parameters::{JobId, JobState, plain, shown};
 use crate::report::animation::gif;
 use crate::report::caption::Caption;
 use crate::report::droplet::Picture;
@@ -59,7 +60,7 @@ impl Arguments {
         });
         let bytes = self.draw(id, kind_of(self.format, &file)?)?;
         if file.as_os_str() == "-" {
-            print(&bytes)?;
+            print_data(&bytes)?;
             return Ok(Exit::Done);
         }
         write_file(&file, &bytes)?;
@@ -73,7 +74,7 @@ impl Arguments {
     fn list(&self, quiet: bool) -> CommandResult {
         let mut table = Vec::new();
         store::example_jobs(&self.store, &mut table)?;
-        print(&table)?;
+        print(String::from_utf8_lossy(&table))?;
         if !quiet {
             say(format!("name one: meniscus render {} JOB_ID -o droplet.png", typed(&self.store)));
         }
@@ -98,10 +99,14 @@ impl Arguments {
             .into());
         }
         let path = store::job_path(&self.store, id)?;
+        checks::validate(&job.point).map_err(|problem| format!("job {id} cannot be drawn: {}", plain(&problem)))?;
         let surroundings = Surroundings::of(&job.point, job.seed)?;
         let caption = Caption { job: id, point: &job.point, seed: job.seed, story: &story, at_end: true };
         let picture = Picture { surroundings: &surroundings, path: &path, caption };
         let view = if self.path { View::whole(&path, &outlines) } else { View::around(last) };
+        if !surroundings.can_fill(&view) {
+            return Err(format!("the path of job {id} is too long to be drawn: leave out --path").into());
+        }
         Ok(match kind {
             Kind::Svg => picture.svg(last, &view).into_bytes(),
             Kind::Png => png(&picture.svg(last, &view), ZOOM.0)?,
@@ -155,6 +160,6 @@ fn kind_of(asked: Option<Kind>, file: &Path) -> Result<Kind, String> {
         None if file.as_os_str() == "-" => Ok(Kind::Svg),
         Some(extension) => Kind::from_str(&extension, true)
             .map_err(|_| format!("`{extension}` is not a kind of picture: choose svg, png or gif")),
-        None => Err(format!("{}: name it .svg, .png or .gif, or give --format", file.display())),
+        None => Err(format!("{}: name it .svg, .png or .gif, or give --format", shown(file))),
     }
 }

@@ -5,6 +5,7 @@ use crate::cli::output::deliver;
 use crate::cli::{CommandResult, store_here};
 use crate::execute::Progress;
 use crate::execute::machine_speed;
+use crate::parameters::plain;
 use crate::physics::simd;
 use crate::store::{
     CampaignCounts, ColumnKind, Format, LastRun, RunProgress, StateCounts, Status, Value, last_run, status, write_rows,
@@ -85,7 +86,7 @@ fn describe(status: &Status, time_left: Option<Duration>) -> String {
     let mut text = String::new();
     let mut line = |words: String| text.extend([words.as_str(), "\n"]);
     for campaign in &status.campaigns {
-        line(format!("{}: {}", campaign.campaign, counts(&campaign.counts)));
+        line(format!("{}: {}", plain(&campaign.campaign), counts(&campaign.counts)));
     }
     if status.campaigns.len() != 1 {
         line(format!("all: {}", counts(&status.total)));
@@ -95,7 +96,8 @@ fn describe(status: &Status, time_left: Option<Duration>) -> String {
         line(format!("{} jobs of another physics version, kept in the view stale_runs", status.stale));
     }
     for failure in &status.failures {
-        line(format!("{} {}, such as {}: {}", failure.jobs, failure.class, failure.example_job, failure.example));
+        let [class, job, reason] = [&failure.class, &failure.example_job, &failure.example].map(|text| plain(text));
+        line(format!("{} {class}, such as {job}: {reason}", failure.jobs));
     }
     match (&status.holder, &status.run) {
         (Some(holder), run) => {

@@ -1,6 +1,7 @@
 //! What the program says: data to stdout or to a file, everything else to stderr.
 
 use crate::campaign::file::CampaignErrors;
+use crate::parameters::{harmless, shown};
 pub(super) use crate::store::typed;
 use crate::study::calibrate::frames::BadFrames;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -43,8 +44,11 @@ pub(super) fn log_to_stderr(quiet: bool, verbose: u8) {
 /// Shows an error on stderr.
 pub(super) fn complain(error: &(dyn Error + 'static)) {
     match (error.downcast_ref::<CampaignErrors>(), error.downcast_ref::<BadFrames>()) {
-        (Some(problems), _) => say(problems.render(colour())),
-        (_, Some(problems)) => say(problems.render(colour())),
+        // What shows the lines of a file in colour makes them harmless itself.
+        (Some(problems), _) if colour() => utter(&problems.render(true)),
+        (_, Some(problems)) if colour() => utter(&problems.render(true)),
+        (Some(problems), _) => say(problems.render(false)),
+        (_, Some(problems)) => say(problems.render(false)),
         _ => say(format!("error: {error}")),
     }
 }
@@ -76,8 +80,12 @@ impl Write for Talk {
     }
 }
 
-/// Says something on stderr; nothing else here prints to it.
+/// Says something on stderr, where no terminal obeys it; nothing else here prints to it.
 pub(super) fn say(text: impl Display) {
+    utter(&harmless(&text.to_string()));
+}
+
+fn utter(text: &str) {
     let _ = Talk.write_all(format!("{text}\n").as_bytes());
 }
 
@@ -92,8 +100,13 @@ pub(super) fn colour() -> bool {
     is_watched() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// Writes data to stdout; a reader that closes the pipe early has seen enough.
-pub(super) fn print(data: impl AsRef<[u8]>) -> std::io::Result<()> {
+/// Writes text for people to stdout, where no terminal obeys it.
+pub(super) fn print(text: impl AsRef<str>) -> std::io::Result<()> {
+    print_data(harmless(text.as_ref()).as_bytes())
+}
+
+/// Writes data to stdout as it is; a reader that closes the pipe early has seen enough.
+pub(super) fn print_data(data: impl AsRef<[u8]>) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(data.as_ref()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
@@ -106,6 +119,6 @@ pub(super) fn print(data: impl AsRef<[u8]>) -> std::io::Result<()> {
 pub(super) fn write_file(path: &Path, data: impl AsRef<[u8]>) -> Result<(), String> {
     match std::fs::write(path, data) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(|error| format!("cannot write {}: {error}", path.display())),
+        written => written.map_err(|error| format!("cannot write {}: {error}", shown(path))),
     }
 }

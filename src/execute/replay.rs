@@ -1,8 +1,9 @@
 //! Runs a dump again, from where the job was last saved, to see whether it fails as it did.
 
+use crate::campaign::checks;
 use crate::execute::attempt::{Attempt, attempt};
 use crate::execute::saved::{Saved, SavedFailure};
-use crate::parameters::{Job, JobId};
+use crate::parameters::{Job, JobId, plain, shown};
 use crate::physics::simd::InstructionSet;
 use crate::physics::simulate::{Context, NoKeeper};
 use crate::physics::walls::arrays::library::ArrayLibrary;
@@ -30,6 +31,9 @@ pub(crate) enum ReplayError {
     /// The file is sound but holds something else.
     #[error("{0} holds no job that this version can run: name a dump, as in the column dump of the view `failures`")]
     NoJob(String),
+    /// The job is one that no campaign file can ask for.
+    #[error("{0} holds a job that no campaign can ask for ({1}); ask whoever made it")]
+    BadPoint(String, String),
 }
 
 impl Dump {
@@ -38,10 +42,14 @@ impl Dump {
     /// # Errors
     /// [`ReplayError`].
     pub(crate) fn read(path: &Path) -> Result<Self, ReplayError> {
+        // A link that somebody names is followed; a link in a store is not.
+        let path = &std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let payload = checkpoint_file::read(path)?;
-        let no_job = || ReplayError::NoJob(path.display().to_string());
+        let no_job = || ReplayError::NoJob(shown(path));
         let saved = Saved::decode(&payload.state).ok_or_else(no_job)?;
         let job = saved.job().filter(|job| job.id() == payload.job).ok_or_else(no_job)?;
+        checks::validate(&job.point)
+            .map_err(|problem| ReplayError::BadPoint(shown(path), plain(&problem).into_owned()))?;
         Ok(Self { job, id: payload.job, saved })
     }
 

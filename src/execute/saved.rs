@@ -1,6 +1,6 @@
 //! What a checkpoint or a dump holds: the job itself, its state, and its failure if it failed.
 
-use crate::parameters::Job;
+use crate::parameters::{Job, plain};
 use crate::physics::simulate::Snapshot;
 use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub(super) struct Saved {
 
 /// A failure as a dump holds it: without the outline.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[error("{}: {reason} (step {step})", class.name())]
+#[error("{}: {} (step {step})", class.name(), plain(reason))]
 pub(crate) struct SavedFailure {
     /// What kind of failure.
     class: FailureClass,

@@ -35,6 +35,18 @@ impl Surroundings {
         }
     }
 
+    /// Whether all that is in view can be found.
+    pub(crate) fn can_fill(&self, view: &View) -> bool {
+        let [x0, x1, y0, y1] = view.bounds();
+        let finite = [x0, x1, y0, y1].iter().all(|c| c.is_finite());
+        match self {
+            Self::Discs(array) => {
+                finite && array.can_look([x1 - x0 + 2.0 * array.radius, y1 - y0 + 2.0 * array.radius])
+            }
+            Self::Wedges(_) | Self::Plate => finite,
+        }
+    }
+
     /// Everything in view; what bears a load of `outline` is darker.
     pub(super) fn draw(&self, view: &View, outline: &Outline) -> String {
         match self {

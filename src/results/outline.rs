@@ -46,15 +46,23 @@ pub struct LoadRecord {
     pub turn: f64,
 }
 
+/// How wide an outline can be, and how far from the origin, in sigma. A droplet that came apart is neither drawn nor kept.
+const WIDEST: f64 = 1e3;
+const FURTHEST: f64 = 1e9;
+
 impl Outline {
-    /// Whether there is a vertex, every x has its y, and all numbers are finite.
+    /// Whether there is a vertex, every x has its y, all numbers are finite, and the droplet is one: no further from the
+    /// origin than 1e9 sigma, and no wider than 1000.
     pub fn is_sound(&self) -> bool {
+        let [x0, x1, y0, y1] = self.bounds();
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         self.x.len() == self.y.len()
             && !self.x.is_empty()
             && self.t.is_finite()
             && finite(&self.x)
             && finite(&self.y)
+            && (x1 - x0).max(y1 - y0) <= WIDEST
+            && x0.abs().max(y0.abs()) <= FURTHEST
             && self.loads.iter().all(|load| finite(&[load.x, load.y, load.fx, load.fy, load.turn]))
     }
 
@@ -111,6 +119,8 @@ mod tests {
         assert!(!Outline { t: f64::NAN, ..good.clone() }.is_sound());
         assert!(!Outline { y: vec![f64::INFINITY], ..good.clone() }.is_sound());
         assert!(!Outline { loads: vec![LoadRecord { fy: f64::NAN, ..load }], ..good.clone() }.is_sound());
-        assert!(!Outline { y: vec![], ..good }.is_sound());
+        assert!(!Outline { y: vec![], ..good.clone() }.is_sound());
+        assert!(!Outline { x: vec![1.7e308], ..good.clone() }.is_sound());
+        assert!(!Outline { x: vec![0.0, 2e3], y: vec![0.0; 2], ..good }.is_sound());
     }
 }

@@ -6,32 +6,34 @@
 //!
 //! A catalogued file is therefore in one of the two places, and moves at most once while somebody looks for it.
 
+use crate::store::entries::{self, SampleName};
 use crate::store::error::StoreError;
 use crate::store::folders::aside_dir;
 use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// The two places of the file that the catalogue calls `path`: the one in `samples/`, then the one in `aside/`.
-pub(super) fn places(dir: &Path, path: &str) -> [PathBuf; 2] {
-    [dir.join(path), aside_dir(dir).join(Path::new(path).file_name().unwrap_or_default())]
+/// The two places of a sample file: the one in `samples/`, then the one in `aside/`.
+pub(super) fn places(dir: &Path, name: &SampleName) -> [PathBuf; 2] {
+    [name.home(dir), aside_dir(dir).join(name.file_name())]
 }
 
 /// Where the file is; the place in `samples/` if it is nowhere.
-pub(super) fn find(dir: &Path, path: &str) -> PathBuf {
-    let [home, aside] = places(dir, path);
-    if !home.exists() && aside.exists() { aside } else { home }
+pub(super) fn find(dir: &Path, name: &SampleName) -> PathBuf {
+    let [home, aside] = places(dir, name);
+    let is_there = |path: &Path| path.symlink_metadata().is_ok();
+    if !is_there(&home) && is_there(&aside) { aside } else { home }
 }
 
 /// Opens the file wherever it is.
-pub(super) fn open(dir: &Path, path: &str) -> Result<File, StoreError> {
-    let [home, aside] = places(dir, path);
+pub(super) fn open(dir: &Path, name: &SampleName) -> Result<File, StoreError> {
+    let [home, aside] = places(dir, name);
     // A file that comes from `aside/` between the first two looks is found by the third.
     for place in [&home, &aside] {
-        match File::open(place) {
+        match entries::open(place) {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             opened => return opened.map_err(StoreError::io(place)),
         }
     }
-    File::open(&home).map_err(StoreError::io(&home))
+    entries::open(&home).map_err(StoreError::io(&home))
 }

@@ -9,12 +9,11 @@
 //! A file is written aside, flushed and renamed, and then its folder is flushed. So under its name there is always a
 //! whole state: the one before or the one after. Each job has one file, which is replaced and never appended to.
 
-use crate::parameters::{JobId, PHYSICS_VERSION};
-use crate::store::disk;
+use crate::parameters::{JobId, PHYSICS_VERSION, shown};
 use crate::store::error::StoreError;
+use crate::store::{disk, entries};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
@@ -50,10 +49,10 @@ struct Header {
 #[derive(Debug, thiserror::Error)]
 pub enum CheckpointError {
     /// There is none.
-    #[error("no checkpoint at {}", .0.display())]
+    #[error("no checkpoint at {}", shown(.0))]
     Missing(PathBuf),
     /// Its bytes are not what was written.
-    #[error("{} is damaged: {problem}", path.display())]
+    #[error("{} is damaged: {problem}", shown(path))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -61,7 +60,7 @@ pub enum CheckpointError {
         problem: String,
     },
     /// A program of another version wrote it.
-    #[error("{} was written as {found}, and this program reads {known}", path.display())]
+    #[error("{} was written as {found}, and this program reads {known}", shown(path))]
     OtherVersion {
         /// The file.
         path: PathBuf,
@@ -71,7 +70,7 @@ pub enum CheckpointError {
         known: String,
     },
     /// It could not be read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -115,7 +114,7 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
     };
     if let Err(error) = write_half() {
         // Of no use to anybody, and the disk may be full.
-        let _ = std::fs::remove_file(&half);
+        let _ = disk::remove(&half);
         return Err(error);
     }
     disk::sync_folder(folder)?;
@@ -160,7 +159,7 @@ pub(crate) fn read(path: &Path) -> Result<Payload, CheckpointError> {
 /// All bytes of a file, but no more than are needed to see that it is too large.
 fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    entries::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

@@ -7,10 +7,11 @@
 #[path = "../../tests/store/faults.rs"]
 pub(super) mod faults;
 
+use crate::store::entries;
 use crate::store::error::StoreError;
 use rusqlite::Transaction;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// What an operation does; `faults` needs to know it, to work out what a power loss would undo.
@@ -66,9 +67,21 @@ pub(super) fn remove_folder(path: &Path) -> Result<(), StoreError> {
     act(Operation::RemoveFolder, path, || std::fs::remove_dir_all(path))
 }
 
-/// Creates a file, or empties the one that is there.
+/// Creates a file anew. A file or a link that has the name is removed first, so nothing is ever written through it.
 pub(super) fn create(path: &Path) -> Result<File, StoreError> {
-    act(Operation::Create, path, || File::create(path))
+    act(Operation::Create, path, || match File::create_new(path) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            std::fs::remove_file(path)?;
+            File::create_new(path)
+        }
+        created => created,
+    })
+}
+
+/// Opens a file that is there to be locked, for writing too, or makes it.
+pub(super) fn open_lock(path: &Path) -> std::io::Result<File> {
+    let mut options = File::options();
+    entries::open_with(path, options.read(true).write(true).create(true).truncate(false))
 }
 
 /// Writes a whole buffer to a file that [`create`] gave for `path`.
@@ -95,7 +108,7 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 
 /// Copies a file. When this returns the bytes are safely on disk; the name is so only after [`sync_folder`].
 pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
-    let mut source = File::open(from).map_err(StoreError::io(from))?;
+    let mut source = entries::open(from).map_err(StoreError::io(from))?;
     let mut file = create(to)?;
     act(Operation::Write, to, || std::io::copy(&mut source, &mut file))?;
     sync(&file, to)
@@ -104,8 +117,7 @@ pub(super) fn copy(from: &Path, to: &Path) -> Result<(), StoreError> {
 /// Gives a file a second name, or makes a copy where the file system has no second names. When this returns the bytes
 /// are safely on disk; the name is so only after [`sync_folder`].
 pub(super) fn link(from: &Path, to: &Path) -> Result<(), StoreError> {
-    // The file that a symbolic link leads to, so that the new name does not depend on where it stands.
-    let linked = act(Operation::Link, to, || std::fs::hard_link(std::fs::canonicalize(from)?, to));
+    let linked = act(Operation::Link, to, || std::fs::hard_link(from, to));
     if linked.is_ok() { linked } else { copy(from, to) }
 }
 
@@ -117,7 +129,7 @@ pub(super) fn rename(from: &Path, to: &Path) -> Result<(), StoreError> {
 /// Removes a file, if it is there.
 pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
     act(Operation::Remove, path, || match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
         _ => Ok(()),
     })
 }

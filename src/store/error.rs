@@ -1,6 +1,6 @@
 //! What can go wrong with a store, each with the place and the next step.
 
-use crate::parameters::JobId;
+use crate::parameters::{JobId, plain, shown};
 use crate::store::holder::Holder;
 use crate::store::typed;
 use rusqlite::ErrorCode;
@@ -13,7 +13,7 @@ pub enum StoreError {
     #[error("no store at {}: `meniscus run CAMPAIGN.toml` creates one", typed(.0))]
     Missing(PathBuf),
     /// There is something else than a folder.
-    #[error("{} is {what}, and a store is a folder: {way_out}", path.display())]
+    #[error("{} is {what}, and a store is a folder: {way_out}", shown(path))]
     NoFolder {
         /// What was named.
         path: PathBuf,
@@ -21,6 +21,20 @@ pub enum StoreError {
         what: String,
         /// The next step.
         way_out: &'static str,
+    },
+    /// Something else stands where a file or a folder of a store belongs.
+    #[error(
+        "{} is {found}, and a store has {wanted} there: ask whoever made this store; {}",
+        shown(path),
+        without(path, found)
+    )]
+    ForeignEntry {
+        /// The entry.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+        /// What belongs there.
+        wanted: &'static str,
     },
     /// Another process writes this store.
     #[error(
@@ -46,7 +60,7 @@ pub enum StoreError {
     /// A later program wrote this store.
     #[error(
         "{} has schema {found}, this program knows schemas up to {known}: use the newer meniscus that wrote it",
-        path.display()
+        shown(path)
     )]
     Newer {
         /// The database.
@@ -59,7 +73,7 @@ pub enum StoreError {
     /// An earlier program wrote this store, and reading must not change it.
     #[error(
         "{} has the older schema {found}: `meniscus fit {}` upgrades it and keeps a backup",
-        path.display(), typed(path.parent().unwrap_or(path))
+        shown(path), typed(path.parent().unwrap_or(path))
     )]
     Older {
         /// The database.
@@ -71,27 +85,35 @@ pub enum StoreError {
     #[error(
         "{} was left half-written by a process that died, and you may not write there to undo it: ask somebody who may \
          to call `meniscus status {}`, or copy the whole folder",
-        .0.display(), typed(.0)
+        shown(.0), typed(.0)
     )]
     HalfWritten(PathBuf),
     /// The database belongs to another program.
-    #[error("{} is a database of another program: name another folder with --store", .0.display())]
+    #[error("{} is a database of another program: name another folder with --store", shown(.0))]
     Foreign(PathBuf),
+    /// The database is declared in a way in which no meniscus declares it.
+    #[error("{} is not used as it is: {problem}{}", shown(path), repair(path))]
+    ForeignSchema {
+        /// The database.
+        path: PathBuf,
+        /// What differs.
+        problem: String,
+    },
     /// A run that was killed left a log, which cannot be read without writing.
     #[error(
         "{} holds results that are not in store.db yet. To read them SQLite has to write beside it, and there is no \
          right or no room to: copy the whole folder and ask the copy, or let its owner run `meniscus status` on it",
-        .0.display()
+        shown(.0)
     )]
     Unfinished(PathBuf),
     /// Somebody began to write a store that was read without the right to write.
-    #[error("{}: a run began to write it while it was read, so the answer may be wrong: ask again", .0.display())]
+    #[error("{}: a run began to write it while it was read, so the answer may be wrong: ask again", shown(.0))]
     Changed(PathBuf),
     /// The folder lies where SQLite's write-ahead log cannot work.
     #[error(
         "{} is on {kind}, where a store could be damaged: name a folder on a local disk with --store, or, if you know \
          that only this machine has it mounted, set MENISCUS_TRUST_FILE_SYSTEM=1",
-        dir.display()
+        shown(dir)
     )]
     NetworkFileSystem {
         /// Folder of the store.
@@ -100,7 +122,7 @@ pub enum StoreError {
         kind: &'static str,
     },
     /// Reading or writing a file failed.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -108,7 +130,7 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// The database or a sample file is not what was written.
-    #[error("{} is damaged: {problem}{}", path.display(), repair(path))]
+    #[error("{} is damaged: {problem}{}", shown(path), repair(path))]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -116,7 +138,7 @@ pub enum StoreError {
         problem: String,
     },
     /// SQLite failed.
-    #[error("{}: {source}{}", path.display(), hint(path, source))]
+    #[error("{}: {source}{}", shown(path), hint(path, source))]
     Sql {
         /// The database.
         path: PathBuf,
@@ -124,7 +146,7 @@ pub enum StoreError {
         source: rusqlite::Error,
     },
     /// A Parquet file could not be written or read.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     Parquet {
         /// The file.
         path: PathBuf,
@@ -132,7 +154,11 @@ pub enum StoreError {
         source: parquet::errors::ParquetError,
     },
     /// A row holds what no program of this schema writes.
-    #[error("the store's row of {row} cannot be used: {problem}; `meniscus check DIR` examines the whole store")]
+    #[error(
+        "the store's row of {} cannot be used: {}; `meniscus check DIR` examines the whole store",
+        plain(row),
+        plain(problem)
+    )]
     Corrupt {
         /// Which row.
         row: String,
@@ -166,6 +192,15 @@ pub enum StoreError {
     /// The writer thread panicked.
     #[error("the writer of the store panicked: finished jobs are safe, `run` again computes the rest")]
     WriterPanicked,
+}
+
+/// What to do about an entry that does not belong in a store.
+fn without(path: &Path, found: &str) -> String {
+    let more = match found {
+        "a symbolic link" => " (to keep a store elsewhere, move the whole folder and name it with --store)",
+        _ => "",
+    };
+    format!("`rm {}` takes it out{more}", typed(path))
 }
 
 /// The command that repairs the store to which a file belongs.
@@ -220,7 +255,13 @@ impl StoreError {
 
     /// For `map_err`: an SQLite error of the database at `path`.
     pub(super) fn sql(path: &Path) -> impl FnOnce(rusqlite::Error) -> Self {
-        move |source| Self::Sql { path: path.to_owned(), source }
+        move |source| match source {
+            // A row holds what no program of this schema writes there.
+            rusqlite::Error::FromSqlConversionFailure(_, _, problem) => {
+                Self::Damaged { path: path.to_owned(), problem: problem.to_string() }
+            }
+            source => Self::Sql { path: path.to_owned(), source },
+        }
     }
 
     /// For `map_err`: a Parquet error of the file at `path`.

@@ -91,15 +91,19 @@ pub(super) fn dump_path(job: JobId) -> String {
     format!("dumps/{job}.ckpt")
 }
 
-/// The files in a folder, by name; none if there is no folder.
+/// The plain files in a folder, by name; none if there is no folder. Links and the like are somebody else's.
 pub(super) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         entries => entries.map_err(StoreError::io(folder))?,
     };
-    let paths: std::io::Result<Vec<_>> = entries.map(|entry| Ok(entry?.path())).collect();
-    let mut paths = paths.map_err(StoreError::io(folder))?;
-    paths.retain(|path| path.is_file());
+    let mut paths = Vec::new();
+    for entry in entries {
+        let entry = entry.map_err(StoreError::io(folder))?;
+        if entry.file_type().is_ok_and(|entry| entry.is_file()) {
+            paths.push(entry.path());
+        }
+    }
     paths.sort();
     Ok(paths)
 }

@@ -1,5 +1,6 @@
 //! The process that writes a store, as a refusal or a `status` names it.
 
+use crate::parameters::plain;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -23,7 +24,7 @@ impl Holder {
 impl fmt::Display for Holder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.pid {
-            Some(pid) => write!(f, "process {pid} on {}", self.host),
+            Some(pid) => write!(f, "process {pid} on {}", plain(&self.host)),
             None => write!(f, "another process that has just started"),
         }
     }

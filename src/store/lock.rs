@@ -12,8 +12,10 @@
 
 use crate::store::error::StoreError;
 use crate::store::holder::Holder;
-use std::fs::{File, OpenOptions, TryLockError};
+use crate::store::{disk, entries};
+use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -25,15 +27,13 @@ fn path(dir: &Path) -> PathBuf {
     dir.join("lock")
 }
 
-/// Opens a file to be locked, and makes it if need be.
-fn open(path: &Path) -> std::io::Result<File> {
-    OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)
-}
+/// More bytes than the name of any holder has.
+const LONGEST_NAME: u64 = 4096;
 
 /// Reads who holds the lock. An unreadable or half-written file only costs the name of the holder.
 fn read_holder(file: &mut File) -> Holder {
     let mut text = String::new();
-    let _ = file.rewind().and_then(|()| file.read_to_string(&mut text));
+    let _ = file.rewind().and_then(|()| file.take(LONGEST_NAME).read_to_string(&mut text));
     let (pid, host) = text.trim().split_once(' ').unwrap_or_default();
     Holder { pid: pid.parse().ok(), host: host.to_owned() }
 }
@@ -44,16 +44,12 @@ fn read_holder(file: &mut File) -> Holder {
 /// [`StoreError::Locked`], naming the holder.
 pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
     let path = path(dir);
-    let mut file = open(&path).map_err(StoreError::io(&path))?;
+    let mut file = disk::open_lock(&path).map_err(StoreError::io(&path))?;
     // `holder` below takes the lock for an instant, so after a refusal it is tried again.
     for pause_ms in [5, 20, 50, 100, 0] {
         match file.try_lock() {
             Ok(()) => {
-                let Holder { pid, host } = Holder::this_process();
-                let text = format!("{} {host}\n", pid.unwrap_or_default());
-                let written =
-                    file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(text.as_bytes()));
-                written.map_err(StoreError::io(&path))?;
+                write_holder(&mut file).map_err(StoreError::io(&path))?;
                 return Ok(file);
             }
             Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(pause_ms)),
@@ -63,16 +59,28 @@ pub(super) fn take(dir: &Path) -> Result<File, StoreError> {
     Err(StoreError::Locked { dir: dir.to_owned(), holder: read_holder(&mut file) })
 }
 
+/// Writes this process's name into the file that it has locked. A file that has another name elsewhere, as in a backup
+/// of hard links, keeps its text.
+fn write_holder(file: &mut File) -> std::io::Result<()> {
+    if file.metadata()?.nlink() > 1 {
+        return Ok(());
+    }
+    let Holder { pid, host } = Holder::this_process();
+    file.set_len(0)?;
+    file.rewind()?;
+    file.write_all(format!("{} {host}\n", pid.unwrap_or_default()).as_bytes())
+}
+
 /// Keeps writers away without writing: what a reader can do who has no right to write. `None` where a process writes,
 /// or where there is no file to lock.
 pub(super) fn keep_writers_away(dir: &Path) -> Option<File> {
-    let file = File::open(path(dir)).ok()?;
+    let file = entries::open(&path(dir)).ok()?;
     file.try_lock_shared().ok().map(|()| file)
 }
 
 /// Who holds the lock of the store in `dir` now, if anyone does.
 pub(super) fn holder(dir: &Path) -> Option<Holder> {
-    let mut file = File::open(path(dir)).ok()?;
+    let mut file = entries::open(&path(dir)).ok()?;
     match file.try_lock_shared() {
         Err(TryLockError::WouldBlock) => Some(read_holder(&mut file)),
         _ => None,
@@ -83,7 +91,7 @@ pub(super) fn holder(dir: &Path) -> Option<Holder> {
 /// files.
 pub(super) fn announce_reader(dir: &Path) -> Option<File> {
     let path = dir.join("readers");
-    let file = open(&path).or_else(|_| File::open(&path)).ok()?;
+    let file = disk::open_lock(&path).or_else(|_| entries::open(&path)).ok()?;
     file.lock_shared().ok()?;
     Some(file)
 }
@@ -91,7 +99,7 @@ pub(super) fn announce_reader(dir: &Path) -> Option<File> {
 /// Keeps readers waiting if there are none now; `None` if there are.
 pub(super) fn without_readers(dir: &Path) -> Result<Option<File>, StoreError> {
     let path = dir.join("readers");
-    let file = open(&path).map_err(StoreError::io(&path))?;
+    let file = disk::open_lock(&path).map_err(StoreError::io(&path))?;
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => Ok(None),

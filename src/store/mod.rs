@@ -60,8 +60,10 @@
 
 mod aside;
 pub mod checkpoint_file;
+mod connection;
 mod deadline;
 mod disk;
+mod entries;
 mod error;
 mod folders;
 mod holder;
@@ -81,10 +83,13 @@ mod check;
 
 mod forget;
 
-// A unit test, because it needs the seam in `disk`; it stands with the other tests of the store.
+// Unit tests, because they need the seam in `disk`; they stand with the other tests of the store.
 #[cfg(test)]
 #[path = "../../tests/store/every_fault.rs"]
 mod every_fault;
+#[cfg(test)]
+#[path = "../../tests/store/full_disk.rs"]
+mod full_disk;
 
 pub use check::{CheckReport, Finding, check, repair};
 pub use deadline::Deadline;

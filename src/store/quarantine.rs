@@ -15,7 +15,7 @@ pub(super) fn place_for(dir: &Path, path: &Path) -> Result<PathBuf, StoreError> 
     disk::create_folder(&folder)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let names = std::iter::once(name.clone()).chain((2..).map(|number| format!("{name}.{number}")));
-    let free = names.map(|name| folder.join(name)).find(|place| !place.exists());
+    let free = names.map(|name| folder.join(name)).find(|place| place.symlink_metadata().is_err());
     free.ok_or_else(|| StoreError::io(&folder)(std::io::Error::other("no free name is left")))
 }
 
@@ -29,7 +29,9 @@ pub(super) fn place_for_campaign(dir: &Path, name: &str) -> Result<PathBuf, Stor
     // A database may hold names that no campaign file may have.
     let plain = |c: char| if c.is_ascii_alphanumeric() || "_-.".contains(c) { c } else { '_' };
     let name: String = name.chars().take(64).map(plain).collect();
-    let free = (1..).map(|number| folder.join(format!("{FORGOTTEN}{name}-{number}"))).find(|place| !place.exists());
+    let free = (1..)
+        .map(|number| folder.join(format!("{FORGOTTEN}{name}-{number}")))
+        .find(|place| place.symlink_metadata().is_err());
     free.ok_or_else(|| StoreError::io(&folder)(std::io::Error::other("no free name is left")))
 }
 

@@ -8,10 +8,9 @@
 //! The file is a magic word, the blake3 of the rest, the page size (u32, little-endian), the first page, and eight
 //! bytes of the blake3 of each page.
 
-use crate::store::disk;
 use crate::store::error::StoreError;
 use crate::store::folders::{database, log};
-use std::fs::File;
+use crate::store::{disk, entries};
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -57,14 +56,14 @@ pub(super) fn page_size(header: &[u8]) -> Option<usize> {
 /// The first bytes of the database, at most `most`.
 pub(super) fn beginning(dir: &Path, most: usize) -> Result<Vec<u8>, StoreError> {
     let (path, mut bytes) = (database(dir), Vec::new());
-    let read = File::open(&path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
+    let read = entries::open(&path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
     read.map_err(StoreError::io(&path)).map(|_| bytes)
 }
 
 /// The hashes of all pages of the database, the last one perhaps shorter than `size` bytes.
 fn page_hashes(dir: &Path, size: usize) -> Result<Vec<PageHash>, StoreError> {
     let path = database(dir);
-    let mut file = BufReader::with_capacity(1 << 20, File::open(&path).map_err(StoreError::io(&path))?);
+    let mut file = BufReader::with_capacity(1 << 20, entries::open(&path).map_err(StoreError::io(&path))?);
     let (mut hashes, mut page) = (Vec::new(), Vec::with_capacity(size));
     loop {
         page.clear();
@@ -136,7 +135,11 @@ impl Seal {
 /// This opens and closes the database, which drops the locks that SQLite holds in this process: ask before connecting.
 pub(super) fn find(dir: &Path) -> Result<SealState, StoreError> {
     let path = path(dir);
-    match std::fs::read(&path) {
+    let read = || {
+        let mut bytes = Vec::new();
+        entries::open(&path)?.read_to_end(&mut bytes).map(|_| bytes)
+    };
+    match read() {
         Ok(bytes) => match Seal::from_bytes(&bytes) {
             None => Ok(SealState::Damaged),
             Some(seal) if database(dir).exists() && seal.is_void(&beginning(dir, seal.page_size())?) => {

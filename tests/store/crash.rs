@@ -96,58 +96,6 @@ fn a_writer_that_cannot_save_gives_up_with_the_count_and_takes_no_more() {
     assert_eq!(csv(dir.path(), "SELECT DISTINCT state, outcome FROM runs"), ["pending,"]);
 }
 
-/// Every write to this file finds the disk full.
-#[cfg(target_os = "linux")]
-fn fill_the_disk(dir: &Path) -> std::path::PathBuf {
-    let half_written = dir.join("aside/batch.tmp");
-    std::os::unix::fs::symlink("/dev/full", &half_written).unwrap();
-    half_written
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn outcomes_wait_for_room_on_a_full_disk_however_long_it_takes() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut store = Store::open(dir.path()).unwrap();
-    register(&mut store, &[soft(1.0)], 4);
-    let full = fill_the_disk(dir.path());
-    let mut impatient = options(1);
-    impatient.pauses = vec![Duration::from_millis(10)];
-    let writer = Writer::spawn(store, impatient).unwrap();
-    for seed in 0..4 {
-        writer.sender().send(finished(&soft(1.0), seed, 2)).unwrap();
-    }
-    std::thread::sleep(Duration::from_millis(300));
-    assert_eq!(csv(dir.path(), "SELECT count(*) FROM runs WHERE state = 'done'"), ["0"]);
-    std::fs::remove_file(full).unwrap();
-    writer.finish().unwrap();
-    assert_eq!(csv(dir.path(), "SELECT count(*) FROM runs WHERE state = 'done'"), ["4"]);
-    assert_eq!(csv(dir.path(), "SELECT count(*) FROM samples"), ["8"]);
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn a_run_that_is_to_end_does_not_wait_for_a_full_disk_and_keeps_what_was_committed() {
-    let dir = tempfile::tempdir().unwrap();
-    let mut store = Store::open(dir.path()).unwrap();
-    register(&mut store, &[soft(1.0)], 4);
-    let options = options(1);
-    let interrupted = options.hurry.interrupted.clone();
-    let writer = Writer::spawn(store, options).unwrap();
-    writer.sender().send(finished(&soft(1.0), 0, 2)).unwrap();
-    while status(dir.path()).unwrap().total.done == 0 {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let full = fill_the_disk(dir.path());
-    writer.sender().send(finished(&soft(1.0), 1, 2)).unwrap();
-    interrupted.store(true, std::sync::atomic::Ordering::Relaxed);
-    let gave_up = writer.finish().unwrap_err();
-    assert!(matches!(gave_up, StoreError::GaveUp { unsaved: 1, .. }), "{gave_up}");
-    std::fs::remove_file(full).unwrap();
-    drop(Store::open(dir.path()).unwrap());
-    assert_eq!(csv(dir.path(), "SELECT state, count(*) FROM runs GROUP BY 1"), ["done,1", "pending,3"]);
-}
-
 #[test]
 fn a_writer_dropped_without_a_word_still_saves() {
     let dir = tempfile::tempdir().unwrap();

@@ -38,12 +38,12 @@ grid = { e_w = [1.0, 30.0] }
 "#;
 
 /// The campaign, and what its jobs come to. That is computed once, because simulating again gives the same bits.
-struct TinyCampaign {
-    campaign: Campaign,
-    results: Vec<(JobId, Result<Trajectory, Failure>)>,
+pub(in crate::store) struct TinyCampaign {
+    pub campaign: Campaign,
+    pub results: Vec<(JobId, Result<Trajectory, Failure>)>,
 }
 
-fn tiny_campaign() -> TinyCampaign {
+pub(in crate::store) fn tiny_campaign() -> TinyCampaign {
     let mut tiny = computed(CAMPAIGN);
     // One of them fails.
     let outline = tiny.results[4].1.as_ref().unwrap().outlines.last().cloned().map(Box::new);
@@ -113,11 +113,11 @@ impl TinyCampaign {
 }
 
 /// A folder, in memory where that is possible: flushes are what costs.
-fn scratch() -> tempfile::TempDir {
+pub(in crate::store) fn scratch() -> tempfile::TempDir {
     tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir()).unwrap()
 }
 
-fn answer(dir: &Path, sql: &str) -> String {
+pub(in crate::store) fn answer(dir: &Path, sql: &str) -> String {
     let mut text = Vec::new();
     query(dir, sql, Format::Csv, &mut text).unwrap();
     String::from_utf8(text).unwrap()

@@ -18,6 +18,8 @@ pub(in crate::store) enum Fault {
     Death,
     /// The machine loses its power after it.
     PowerLoss,
+    /// The disk is full: from then on no file is made or written, until this ends.
+    Full,
 }
 
 /// What happens, and what happened, in one folder.
@@ -90,7 +92,13 @@ pub(super) fn before(operation: Operation<'_>, path: &Path) -> std::io::Result<(
     {
         armed.removed.push((path.to_owned(), bytes));
     }
-    if armed.count == armed.at && armed.fault == Fault::Error { Err(refusal()) } else { Ok(()) }
+    match armed.fault {
+        Fault::Error if armed.count == armed.at => Err(refusal()),
+        Fault::Full if armed.count >= armed.at && matches!(operation, Operation::Create | Operation::Write) => {
+            Err(std::io::ErrorKind::StorageFull.into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Notes what an operation did; the one after which the store dies makes the copy.
@@ -116,7 +124,7 @@ pub(super) fn after(operation: Operation<'_>, path: &Path) -> std::io::Result<()
         }
         Operation::CreateFolder | Operation::RemoveFolder | Operation::Remove | Operation::Commit => {}
     }
-    if armed.count != armed.at || armed.fault == Fault::Error {
+    if armed.count != armed.at || matches!(armed.fault, Fault::Error | Fault::Full) {
         return Ok(());
     }
     armed.dead = true;

@@ -38,7 +38,9 @@ pub use problem::{CampaignErrors, Invalid, Problem};
 pub(crate) use problem::{Problems, line_of};
 pub(crate) use spelling::nearest;
 
-use crate::parameters::{IntegratorChoice, Point, PointId};
+use crate::parameters::{IntegratorChoice, Point, PointId, shown};
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -98,19 +100,35 @@ pub enum Estimate {
     Speed,
 }
 
+/// Largest campaign file, in bytes.
+const LARGEST_FILE: u64 = 4 << 20;
+
+/// All bytes of a file that somebody names, if they are not more than `most`.
+///
+/// # Errors
+/// What the system reports; [`ErrorKind::FileTooLarge`].
+pub(crate) fn read_input(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most {
+        true => Err(Error::new(ErrorKind::FileTooLarge, format!("it has more than {} MB", most >> 20))),
+        false => Ok(bytes),
+    }
+}
+
 impl Campaign {
     /// Reads a campaign file.
     ///
     /// # Errors
     /// If the file cannot be read, is not UTF-8, or has mistakes: then all of them.
     pub fn load(path: &Path) -> Result<Self, CampaignErrors> {
-        let bytes =
-            std::fs::read(path).map_err(|source| CampaignErrors::Unreadable { path: path.to_owned(), source })?;
+        let bytes = read_input(path, LARGEST_FILE)
+            .map_err(|source| CampaignErrors::Unreadable { path: path.to_owned(), source })?;
         let text = std::str::from_utf8(&bytes).map_err(|error| CampaignErrors::NotUtf8 {
             path: path.to_owned(),
             line: line_of(&bytes, error.valid_up_to()),
         })?;
-        Self::parse(&path.display().to_string(), text)
+        Self::parse(&shown(path), text)
     }
 
     /// Reads the text of a campaign file; `file_name` appears in the errors.

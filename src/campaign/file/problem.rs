@@ -1,5 +1,6 @@
 //! What is wrong with a file that people write: every mistake with its place, and the text a person reads.
 
+use crate::parameters::shown;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -8,7 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// One mistake in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
     /// Line, from 1.
     pub line: usize,
@@ -56,7 +57,7 @@ impl Problem {
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignErrors {
     /// The file could not be read.
-    #[error("cannot read the campaign file {}: {source}; {}", path.display(), way_out(path, source))]
+    #[error("cannot read the campaign file {}: {source}; {}", shown(path), way_out(path, source))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -64,7 +65,7 @@ pub enum CampaignErrors {
         source: io::Error,
     },
     /// The file is not text.
-    #[error("the campaign file {} is not UTF-8 text: line {line} holds other bytes; save it as UTF-8", path.display())]
+    #[error("the campaign file {} is not UTF-8 text: line {line} holds other bytes; save it as UTF-8", shown(path))]
     NotUtf8 {
         /// The file.
         path: PathBuf,
@@ -163,6 +164,7 @@ fn way_out(path: &Path, source: &io::Error) -> &'static str {
             "this is a store: `meniscus status` shows it, and `run` takes the campaign file"
         }
         io::ErrorKind::IsADirectory => "name a file in this folder",
+        io::ErrorKind::FileTooLarge => "a campaign file is a short text: split it, or name another file",
         _ => "check the path and its permissions",
     }
 }
@@ -196,15 +198,20 @@ impl From<String> for Mistake {
     }
 }
 
-/// Collects the problems of one text.
+/// Most mistakes that are kept of a file; more help nobody.
+const MOST: usize = 2000;
+
+/// Collects the problems of one text, as many as [`MOST`].
 pub(crate) struct Problems<'t> {
     text: &'t str,
     list: Vec<Problem>,
+    /// What is noted beyond them; nobody reads it.
+    spare: Problem,
 }
 
 impl<'t> Problems<'t> {
     pub(crate) fn of(text: &'t str) -> Self {
-        Self { text, list: Vec::new() }
+        Self { text, list: Vec::new(), spare: Problem::default() }
     }
 
     /// Notes a mistake at the bytes `span`; only the first line of a longer span is shown. The key that it is about and
@@ -214,6 +221,9 @@ impl<'t> Problems<'t> {
     /// problems.note(&span, "the axis is empty").key("grid.gamma").help("give it a value, or leave the axis out");
     /// ```
     pub(crate) fn note(&mut self, span: &Range<usize>, mistake: impl Into<Mistake>) -> &mut Problem {
+        if self.is_full() {
+            return &mut self.spare;
+        }
         let Mistake { message, help } = mistake.into();
         let start = floor_char_boundary(self.text, span.start);
         let end = floor_char_boundary(self.text, span.end.max(start)).max(start);
@@ -224,6 +234,11 @@ impl<'t> Problems<'t> {
 
     pub(crate) fn is_empty(&self) -> bool {
         self.list.is_empty()
+    }
+
+    /// Whether further mistakes are not kept. Then there is no need to find out what was meant.
+    pub(crate) fn is_full(&self) -> bool {
+        self.list.len() >= MOST
     }
 
     /// The mistakes in file order, each once although several blocks may inherit it.

@@ -129,6 +129,7 @@ fn assignment(
             problems.note(&key.span(), "this key does not belong here").key(&path).help(help);
             (known.name, Given::Broken)
         }
+        None if problems.is_full() => return None,
         None => {
             let here = home.names();
             let meant = nearest(name, here.iter().copied()).or_else(|| nearest(name, names(|_| true)));

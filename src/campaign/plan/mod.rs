@@ -22,6 +22,7 @@ pub use switches::Switch;
 pub use text::Ends;
 
 use crate::campaign::file::{Block, Campaign};
+use crate::campaign::memory::run_bytes;
 use crate::campaign::parallel::in_parallel;
 use crate::parameters::{Job, JobId, JobState, Point, Value, list};
 use crate::physics::simulate::stability::StabilityLimit;
@@ -124,6 +125,8 @@ pub struct BlockPlan {
     pub switches: Vec<Switch>,
     /// The rounds of `until`.
     pub rounds: Option<Rounds>,
+    /// The most memory that a run of it takes, in bytes.
+    pub memory: f64,
     /// The expected cost of its jobs to run.
     pub cost: Cost,
 }
@@ -248,6 +251,7 @@ fn describe(block: &Block, counts: Counts, cost: Cost, speed: &Speed) -> Option<
         ends: ENDS.iter().filter_map(|name| Some((*name, ends_of(block, name)?))).collect(),
         switches: switches::of(block),
         rounds: Rounds::of(block, speed),
+        memory: block.points.iter().map(|point| run_bytes(point)).fold(0.0, f64::max),
         cost,
     })
 }

@@ -1,6 +1,7 @@
 //! A plan as a physicist reads it.
 
 use crate::campaign::durations::written_s;
+use crate::campaign::memory::size;
 use crate::campaign::plan::{BlockPlan, Cost, Plan, Switch};
 use crate::parameters::{Integrator, Short, cut_to_three_digits};
 use std::fmt::{self, Write};
@@ -68,6 +69,7 @@ impl BlockPlan {
         if let Some(rounds) = &self.rounds {
             writeln!(out, "  rounds   {rounds}")?;
         }
+        writeln!(out, "  memory   at most {} on each of {threads} threads", size(self.memory))?;
         writeln!(out, "  cost     {}", CostText(self.cost, threads))
     }
 

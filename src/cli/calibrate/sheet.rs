@@ -1,5 +1,7 @@
 //! Files of frames and what is written beside them: the fitted profile as CSV, the plot as SVG and PNG.
 
+use crate::campaign::file::read_input;
+use crate::parameters::shown;
 use crate::report::profile_plot::{self, TrialPlot};
 use crate::report::raster;
 use crate::study::calibrate::TrialFit;
@@ -9,6 +11,9 @@ use std::error::Error;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+
+/// Largest file of frames, in bytes.
+const LARGEST_FRAMES: u64 = 64 << 20;
 
 /// Enlargement of the PNG.
 const ZOOM: f32 = 2.0;
@@ -26,8 +31,9 @@ pub(super) struct Sheet {
 pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {
     let (mut sheets, mut errors, mut seen) = (Vec::new(), Vec::new(), HashSet::new());
     for path in paths {
-        let bytes = std::fs::read(path).map_err(|source| FramesError::Unreadable { path: path.clone(), source });
-        match bytes.and_then(|bytes| frames::parse(&path.display().to_string(), bytes)) {
+        let bytes =
+            read_input(path, LARGEST_FRAMES).map_err(|source| FramesError::Unreadable { path: path.clone(), source });
+        match bytes.and_then(|bytes| frames::parse(&shown(path), bytes)) {
             Ok(trials) => {
                 let [csv, svg, png] = ["fit.csv", "fit.svg", "fit.png"].map(|kind| path.with_extension(kind));
                 sheets.push(Sheet { path: path.clone(), trials, csv, svg, png });
@@ -40,7 +46,7 @@ pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {
     }
     for sheet in &sheets {
         if !seen.insert(&sheet.csv) {
-            let (path, csv) = (sheet.path.display(), sheet.csv.display());
+            let (path, csv) = (shown(&sheet.path), shown(&sheet.csv));
             return Err(format!(
                 "{path}: another file of frames has its fit in {csv}, too; name each once, and differently"
             )
@@ -48,7 +54,7 @@ pub(super) fn read(paths: &[PathBuf]) -> Result<Vec<Sheet>, Box<dyn Error>> {
         }
         let folder = folder(&sheet.path);
         tempfile::tempfile_in(folder).map_err(|error| {
-            format!("{}: no fit can be written here: {error}; copy the frames to a folder of yours", folder.display())
+            format!("{}: no fit can be written here: {error}; copy the frames to a folder of yours", shown(folder))
         })?;
     }
     Ok(sheets)
@@ -82,8 +88,7 @@ impl Sheet {
 
 /// A file that is there whole or not at all.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
-    let wrong =
-        |error: std::io::Error| format!("{}: {error}; free some space or choose another folder", path.display());
+    let wrong = |error: std::io::Error| format!("{}: {error}; free some space or choose another folder", shown(path));
     // As any new file, not for its owner's eyes only.
     let permissions = std::fs::Permissions::from_mode(0o666);
     let mut file = tempfile::Builder::new().permissions(permissions).tempfile_in(folder(path)).map_err(wrong)?;

@@ -35,7 +35,7 @@ pub(super) fn start(
     let point = &*job.point;
     match &point.scene {
         Scene::Obstacles(field) => {
-            let discs = context.arrays.get(job, field)?;
+            let discs = context.arrays.get(job, field, context.stop)?.ok_or(Interruption::Stopped)?;
             let (at, clearance) = discs.widest_gap_near_centre();
             Start { point, walls: discs, site: Site::Gap { at, clearance }, context, from }.droplet()
         }

@@ -136,11 +136,14 @@ fn judge(dir: &Path, alone: bool) -> Result<Option<Damage>, StoreError> {
 fn problems(conn: &Connection, path: &Path) -> Result<Vec<String>, StoreError> {
     let Some(version) = schema::version(conn, path)? else { return Ok(Vec::new()) };
     let list = || -> rusqlite::Result<Vec<String>> {
+        // SQLite's own check works out what a schema holds, so a foreign one is not given to it.
+        let foreign = schema::differences(conn, version)?;
+        if !foreign.is_empty() {
+            return Ok(foreign);
+        }
         let mut statement = conn.prepare("PRAGMA integrity_check(5)")?;
         let mut problems = statement.query_map([], |row| row.get(0))?.collect::<rusqlite::Result<Vec<String>>>()?;
         problems.retain(|line| line != "ok");
-        let other = schema::differences(conn, version)?;
-        problems.extend(other.iter().map(|name| format!("`{name}` is not declared as schema {version} has it")));
         Ok(problems)
     };
     list().map_err(StoreError::sql(path))

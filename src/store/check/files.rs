@@ -1,18 +1,15 @@
 //! Sample files against the catalogue: bytes, checksum, rows, and whose rows they are.
 
+use crate::parameters::plain;
 use crate::store::check::{Examination, rows};
 use crate::store::error::StoreError;
 use crate::store::folders::database;
-use crate::store::sample_file::OpenFile;
-use crate::store::write::catalogue::{self, CataloguedFile};
+use crate::store::sample_file::{OpenFile, texts};
+use crate::store::write::catalogue::{self, CataloguedFile, JobSpan};
 use crate::store::write::{Store, compact, orphans};
-use crate::store::{aside, disk, quarantine};
-use arrow_array::StringArray;
-use arrow_array::cast::AsArray;
-use arrow_array::types::Int32Type;
+use crate::store::{aside, disk, entries, quarantine};
 use rusqlite::Connection;
 use std::io::ErrorKind;
-use std::ops::Range;
 use std::path::Path;
 
 /// What a catalogued file is worth.
@@ -27,7 +24,11 @@ enum Verdict {
 
 /// Reports what is wrong with catalogued files.
 pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(), StoreError> {
-    for listed in catalogue::list(conn).map_err(StoreError::sql(&database(work.dir)))? {
+    let (files, foreign) = catalogue::sorted_out(conn).map_err(StoreError::sql(&database(work.dir)))?;
+    for (_, name) in foreign {
+        work.find(database(work.dir), foreign_name(&name), "a repair takes it out and touches no file of that name");
+    }
+    for listed in files {
         work.report.files += 1;
         let (problem, cure) = match judge(work.dir, conn, &listed)? {
             Verdict::Sound => continue,
@@ -37,26 +38,32 @@ pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(),
             ),
             Verdict::Surplus(rows) => (surplus(rows), "a repair writes it anew without them"),
         };
-        work.find(&listed.file.path, problem, cure);
+        work.find(listed.file.name.as_str(), problem, cure);
     }
     Ok(())
 }
 
 /// Puts right what is wrong with catalogued files.
 pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<(), StoreError> {
-    for listed in catalogue::list(&store.conn).map_err(StoreError::sql(&database(work.dir)))? {
+    let (files, foreign) = catalogue::sorted_out(&store.conn).map_err(StoreError::sql(&database(work.dir)))?;
+    for (key, name) in foreign {
+        work.copy_database(store)?;
+        let cure = format!("taken out, and no file of that name was touched; {}", give_up(store, key)?);
+        work.find(database(work.dir), foreign_name(&name), cure);
+    }
+    for listed in files {
         work.report.files += 1;
-        let path = aside::find(work.dir, &listed.file.path);
+        let path = aside::find(work.dir, &listed.file.name);
         let (problem, cure) = match judge(work.dir, &store.conn, &listed)? {
             Verdict::Sound => continue,
             Verdict::Broken(problem) => {
                 work.copy_database(store)?;
                 // The file goes first: if the repair is killed here, the next one finds it missing.
-                let moved = match path.exists() {
+                let moved = match path.symlink_metadata().is_ok() {
                     true => format!("moved to {}", work.within(&quarantine::take(work.dir, &path)?)),
                     false => "it is gone".to_owned(),
                 };
-                (problem, format!("{moved}; {}", give_up(store, &listed)?))
+                (problem, format!("{moved}; {}", give_up(store, listed.key)?))
             }
             Verdict::Surplus(rows) => {
                 let place = quarantine::copy(work.dir, &path)?;
@@ -66,9 +73,13 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<()
                 (surplus(rows), format!("written anew without them; the old one is {}", work.within(&place)))
             }
         };
-        work.find(&listed.file.path, problem, cure);
+        work.find(listed.file.name.as_str(), problem, cure);
     }
     Ok(())
+}
+
+fn foreign_name(name: &str) -> String {
+    format!("its catalogue lists `{}`, which is not the name of a sample file", plain(name))
 }
 
 fn surplus(rows: u64) -> String {
@@ -77,11 +88,11 @@ fn surplus(rows: u64) -> String {
 
 /// Compares a file with what the catalogue says of it.
 fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdict, StoreError> {
-    let path = &listed.file.path;
+    let name = &listed.file.name;
     let jobs = listed.jobs(conn).map_err(StoreError::sql(&database(dir)))?;
     let broken = |problem: String| Ok(Verdict::Broken(format!("{problem} ({} jobs)", jobs.len())));
     let mut hasher = blake3::Hasher::new();
-    match std::fs::File::open(aside::find(dir, path)).and_then(|file| hasher.update_reader(file).map(|_| ())) {
+    match entries::open(&aside::find(dir, name)).and_then(|file| hasher.update_reader(file).map(|_| ())) {
         Err(error) if error.kind() == ErrorKind::NotFound => return broken("it is missing".to_owned()),
         Err(error) => return broken(format!("it cannot be read: {error}")),
         Ok(()) if hasher.finalize().to_hex().as_str() != listed.file.checksum => {
@@ -92,53 +103,58 @@ fn judge(dir: &Path, conn: &Connection, listed: &CataloguedFile) -> Result<Verdi
         }
         Ok(()) => {}
     }
-    // What is read from here on is what was written.
-    let owners = match OpenFile::open(dir, path).and_then(|file| owners(&file)) {
-        Ok(owners) => owners,
+    let owned = match OpenFile::open(dir, name).and_then(|file| whose(&file, &jobs)) {
+        Ok(owned) => owned,
         Err(error) => return broken(format!("it cannot be read: {error}")),
     };
-    let rows = owners.last().map_or(0, |(_, rows)| rows.end as u64);
-    if rows != listed.file.rows {
-        return broken(format!("it has {rows} rows, the catalogue says {}", listed.file.rows));
+    if owned.rows != listed.file.rows {
+        return broken(format!("it has {} rows, the catalogue says {}", owned.rows, listed.file.rows));
     }
-    let is_owned = |rows: &Range<usize>, id: &str| {
-        let run = owners.partition_point(|(_, run)| run.end <= rows.start);
-        rows.is_empty() || owners.get(run).is_some_and(|(owner, run)| owner == id && run == rows)
-    };
-    if !jobs.iter().all(|job| is_owned(&job.rows, &job.job_id)) {
+    if !owned.as_listed {
         return broken("its rows are not those of the jobs that the catalogue says".to_owned());
     }
     let listed_rows: u64 = jobs.iter().map(|job| job.rows.len() as u64).sum();
-    Ok(if listed_rows < rows { Verdict::Surplus(rows - listed_rows) } else { Verdict::Sound })
+    Ok(if listed_rows < owned.rows { Verdict::Surplus(owned.rows - listed_rows) } else { Verdict::Sound })
 }
 
-/// Whose rows a file holds: for each job, in order, its rows.
-fn owners(file: &OpenFile) -> Result<Vec<(String, Range<usize>)>, StoreError> {
-    let damaged = |error| StoreError::parquet(&file.path())(error);
-    let mut owners: Vec<(String, Range<usize>)> = Vec::new();
-    let mut row = 0;
+/// Whose rows a file holds.
+struct Owned {
+    /// All rows.
+    rows: u64,
+    /// Whether each job has the rows that the catalogue says, and no other job has any of them.
+    as_listed: bool,
+}
+
+/// Compares the ids in a file, row by row, with what the catalogue says, whose jobs are in the order of their rows. It
+/// keeps one batch at a time, whatever the file holds.
+fn whose(file: &OpenFile, jobs: &[JobSpan]) -> Result<Owned, StoreError> {
+    let with_rows: Vec<&JobSpan> = jobs.iter().filter(|job| !job.rows.is_empty()).collect();
+    let mut as_listed = with_rows.windows(2).all(|pair| pair[0].rows.end <= pair[1].rows.start);
+    let (mut row, mut next) = (0, 0);
     for batch in file.read(0..file.rows(), 1)? {
-        let batch = batch.map_err(|error| damaged(error.into()))?;
-        let column = batch.column(0).as_dictionary_opt::<Int32Type>();
-        let Some(texts) = column.and_then(|column| column.downcast_dict::<StringArray>()) else {
-            return Err(damaged(parquet::errors::ParquetError::General("its column job_id is not text".to_owned())));
-        };
-        for &key in texts.keys().values() {
-            let name = texts.values().value(key as usize);
-            match owners.last_mut() {
-                Some((last, rows)) if last == name => rows.end += 1,
-                _ => owners.push((name.to_owned(), row..row + 1)),
+        let batch = batch?;
+        let Some(ids) = texts(batch.column(0)) else { continue };
+        for &key in ids.keys().values() {
+            let id = ids.values().value(key as usize);
+            // Rows of no listed job may be there, but not such that name a job beside its rows.
+            while with_rows.get(next).is_some_and(|job| job.rows.end <= row) {
+                next += 1;
             }
+            as_listed &= with_rows.get(next).is_none_or(|job| !job.rows.contains(&row) || job.job_id == id);
+            let beside = |job: Option<&&JobSpan>| job.is_some_and(|job| job.job_id == id && !job.rows.contains(&row));
+            as_listed &=
+                !beside(with_rows.get(next)) && !beside(next.checked_sub(1).and_then(|last| with_rows.get(last)));
             row += 1;
         }
     }
-    Ok(owners)
+    let fits = jobs.iter().all(|job| job.rows.end <= row || job.rows.is_empty());
+    Ok(Owned { rows: row as u64, as_listed: as_listed && fits })
 }
 
 /// Takes a file out of the catalogue, so that its jobs are computed again; returns what became of them, in words.
-fn give_up(store: &mut Store, listed: &CataloguedFile) -> Result<String, StoreError> {
+fn give_up(store: &mut Store, file: i64) -> Result<String, StoreError> {
     let path = database(&store.dir);
-    let jobs = listed.jobs(&store.conn).map_err(StoreError::sql(&path))?;
+    let jobs = catalogue::jobs_of(&store.conn, file).map_err(StoreError::sql(&path))?;
     let transaction = store.conn.transaction().map_err(StoreError::sql(&path))?;
     let change = || -> rusqlite::Result<()> {
         for job in &jobs {
@@ -147,7 +163,7 @@ fn give_up(store: &mut Store, listed: &CataloguedFile) -> Result<String, StoreEr
                 false => drop(transaction.execute("DELETE FROM sample_index WHERE job = ?1", [job.key])?),
             }
         }
-        transaction.execute("DELETE FROM sample_files WHERE key = ?1", [listed.key]).map(drop)
+        transaction.execute("DELETE FROM sample_files WHERE key = ?1", [file]).map(drop)
     };
     change().map_err(StoreError::sql(&path))?;
     disk::commit(transaction, &path)?;

@@ -26,10 +26,11 @@ mod identity;
 mod rescue;
 mod rows;
 
+use crate::parameters::shown;
 use crate::store::error::StoreError;
 use crate::store::folders::{database as database_of, files_in, refuse_no_folder, samples_dir};
 use crate::store::write::{Store, orphans};
-use crate::store::{lock, quarantine, read, schema, seal};
+use crate::store::{entries, lock, quarantine, read, schema, seal};
 use rusqlite::Connection;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -103,7 +104,7 @@ impl<'a> Examination<'a> {
 
     /// A path as people read it, within the store's folder.
     fn within(&self, path: &Path) -> String {
-        path.strip_prefix(self.dir).unwrap_or(path).display().to_string()
+        shown(path.strip_prefix(self.dir).unwrap_or(path))
     }
 
     /// What is judged last: checkpoints, dumps, and files that no row names.
@@ -164,6 +165,7 @@ pub fn repair(dir: &Path) -> Result<CheckReport, StoreError> {
 /// Refuses a folder that never was a store.
 fn is_store(dir: &Path) -> Result<(), StoreError> {
     refuse_no_folder(dir)?;
+    entries::refuse_foreign(dir)?;
     let was = database_of(dir).exists() || seal::path(dir).exists() || !files_in(&samples_dir(dir))?.is_empty();
     if was { Ok(()) } else { Err(StoreError::Missing(dir.to_owned())) }
 }

@@ -8,9 +8,10 @@ use crate::store::check::{count, header};
 use crate::store::error::StoreError;
 use crate::store::folders::{database, log};
 use crate::store::seal::Seal;
-use crate::store::{disk, schema};
+use crate::store::{connection, disk, entries, schema};
 use rusqlite::types::Value;
-use rusqlite::{Connection, ErrorCode, Row, Statement, params_from_iter};
+use rusqlite::{Connection, ErrorCode, OpenFlags, Row, Statement, params_from_iter};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Two keys between which rows are missing.
@@ -30,10 +31,7 @@ fn folder(dir: &Path) -> PathBuf {
 
 /// Removes what a rescue worked with.
 pub(super) fn clear(dir: &Path) -> Result<(), StoreError> {
-    match std::fs::remove_dir_all(folder(dir)) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(StoreError::io(&folder(dir))(error)),
-        _ => Ok(()),
-    }
+    disk::remove_folder(&folder(dir))
 }
 
 /// Copies the database and its log, and returns where the copy is. Its header is made readable; pages that differ from
@@ -41,7 +39,8 @@ pub(super) fn clear(dir: &Path) -> Result<(), StoreError> {
 pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<PathBuf, StoreError> {
     let (path, log, copy) = (database(dir), log(dir), folder(dir).join("patched.db"));
     let has_log = log.metadata().is_ok_and(|log| log.len() > 0);
-    let mut bytes = std::fs::read(&path).map_err(StoreError::io(&path))?;
+    let mut bytes = Vec::new();
+    entries::open(&path).and_then(|mut file| file.read_to_end(&mut bytes)).map_err(StoreError::io(&path))?;
     if let Some((seal, pages)) = sealed {
         let size = seal.page_size();
         bytes.resize(seal.n_pages() * size, 0);
@@ -67,14 +66,15 @@ pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<Pat
 pub(super) fn rebuild(dir: &Path, patched: &Path) -> Result<(PathBuf, String), StoreError> {
     let new = folder(dir).join("new.db");
     disk::create(&new)?;
-    let mut target = Connection::open(&new).map_err(StoreError::sql(&new))?;
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE;
+    let mut target = connection::open(&new, flags).map_err(StoreError::sql(&new))?;
     schema::migrate(&mut target, &new)?;
-    let told = match Connection::open(patched) {
+    let told = match connection::open(patched, flags) {
         Ok(source) => copy_tables(&source, &mut target).map_err(StoreError::sql(&new))?,
         Err(_) => "nothing of it could be read".to_owned(),
     };
     drop(target);
-    let file = std::fs::File::open(&new).map_err(StoreError::io(&new))?;
+    let file = entries::open(&new).map_err(StoreError::io(&new))?;
     disk::sync(&file, &new)?;
     Ok((new, told))
 }
@@ -85,7 +85,12 @@ fn copy_tables(source: &Connection, target: &mut Connection) -> rusqlite::Result
     let (mut places, mut torn_shapes) = (0, Vec::new());
     for table in names(&transaction, "SELECT name FROM sqlite_master WHERE type = 'table'")? {
         let columns = format!("SELECT name FROM pragma_table_info('{table}')");
-        let there = names(source, &columns).unwrap_or_default();
+        // A view or a virtual table of that name is not read: it may have no end.
+        let is_table = format!(
+            "SELECT name FROM sqlite_master WHERE type = 'table' AND name = '{table}' AND sql NOT LIKE 'create virtual%'"
+        );
+        let is_table = names(source, &is_table).is_ok_and(|found| !found.is_empty());
+        let there = if is_table { names(source, &columns).unwrap_or_default() } else { Vec::new() };
         let mut shared = names(&transaction, &columns)?;
         shared.retain(|column| there.contains(column));
         if !shared.is_empty() {

@@ -45,8 +45,9 @@ fn link_samples(store: &Store, others: &Division, work: &Path) -> Result<(), Sto
     for listed in catalogue::list(&store.conn).map_err(StoreError::sql(&path))? {
         let jobs = listed.jobs(&store.conn).map_err(StoreError::sql(&path))?;
         if others.share(&jobs) != Share::All {
-            sample_file::verify(&store.dir, &listed.file.path, &listed.file.checksum)?;
-            disk::link(&aside::find(&store.dir, &listed.file.path), &work.join(&listed.file.path))?;
+            let name = &listed.file.name;
+            sample_file::verify(&store.dir, name, &listed.file.checksum)?;
+            disk::link(&aside::find(&store.dir, name), &name.home(work))?;
         }
     }
     Ok(())

@@ -5,6 +5,7 @@
 //! CSV is written here and not by the `csv` crate, which writes NULL and the empty text alike. Here NULL is nothing and
 //! the empty text is `""`.
 
+use crate::parameters::plain;
 use crate::store::read::parquet_rows::{AnswerColumn, ParquetRows};
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use parquet::file::metadata::KeyValue;
@@ -151,10 +152,11 @@ fn owned(value: ValueRef<'_>) -> Value {
     }
 }
 
-/// A value as a table shows it: of bytes, how many they are.
+/// A value as a table shows it: a text on one line, and of bytes, how many they are.
 fn shown(value: ValueRef<'_>) -> Value {
     match value {
         ValueRef::Blob(bytes) => Value::Text(format!("<{} bytes>", bytes.len())),
+        ValueRef::Text(bytes) => Value::Text(plain(&text(bytes)).into_owned()),
         other => owned(other),
     }
 }
@@ -178,7 +180,11 @@ fn csv_cell(value: ValueRef<'_>) -> String {
     }
 }
 
+/// A text as a cell. Spreadsheets take a text that begins with `=` or the like for a formula, and run it; with an
+/// apostrophe before it, it is a text. Numbers are left as they are.
 fn csv_text(text: &str) -> String {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();
+    let text = &*if is_formula { format!("'{text}") } else { text.to_owned() };
     match text.contains(['"', ',', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text.to_owned(),
@@ -209,7 +215,7 @@ fn table(names: &[String], rows: &[Vec<Value>]) -> Table {
         .map(|column| if is_number(column) { CellAlignment::Right } else { CellAlignment::Left })
         .collect();
     let aligned = |(text, alignment): (String, &CellAlignment)| Cell::new(text).set_alignment(*alignment);
-    table.set_header(names.iter().cloned().zip(&alignment).map(aligned));
+    table.set_header(names.iter().map(|name| plain(name).into_owned()).zip(&alignment).map(aligned));
     for row in rows {
         table.add_row(row.iter().map(table_cell).zip(&alignment).map(aligned));
     }

@@ -15,7 +15,8 @@ use crate::store::read::samples_table::{self, looks_up_job, tell_cost};
 use crate::store::read::{obstacles, open_existing, outlines};
 use rusqlite::types::ValueRef;
 use rusqlite::vtab::{
-    Context, Filters, IndexInfo, Module, VTab, VTabConnection, VTabCursor, sqlite3_vtab, sqlite3_vtab_cursor,
+    Context, Filters, IndexInfo, Module, VTab, VTabConfig, VTabConnection, VTabCursor, sqlite3_vtab,
+    sqlite3_vtab_cursor,
 };
 use rusqlite::{Connection, Error, OptionalExtension, Result};
 use std::borrow::Cow;
@@ -122,13 +123,14 @@ unsafe impl VTab<'_> for JobTable {
     type Cursor = JobCursor;
 
     fn connect(
-        _: &mut VTabConnection,
+        conn: &mut VTabConnection,
         aux: Option<&Self::Aux>,
         _module: &[u8],
         _database: &[u8],
         _table: &[u8],
         _args: &[&[u8]],
     ) -> Result<(Cow<'static, CStr>, Self)> {
+        conn.config(VTabConfig::Innocuous)?;
         let source = aux.ok_or_else(|| Error::ModuleError("no store given".to_owned()))?.clone();
         Ok((Cow::Borrowed(source.declaration), Self { base: sqlite3_vtab::default(), source }))
     }

@@ -45,7 +45,7 @@ pub(super) mod twins;
 use crate::parameters::Point;
 use crate::store::error::StoreError;
 use crate::store::folders::{database, refuse_no_folder};
-use crate::store::schema;
+use crate::store::{entries, schema};
 use rusqlite::Connection;
 use rusqlite::config::DbConfig;
 use std::path::Path;
@@ -63,6 +63,7 @@ pub(super) const BUSY_TIMEOUT: Duration = Duration::from_secs(30);
 pub fn open_reading(dir: &Path) -> Result<Option<Connection>, StoreError> {
     if !database(dir).exists() {
         refuse_no_folder(dir)?;
+        entries::refuse_foreign(dir)?;
         return Ok(None);
     }
     let conn = connect(dir)?;

@@ -1,5 +1,6 @@
 //! The obstacles that a droplet met, worked out from the scene and the seed of its job.
 
+use crate::campaign::checks;
 use crate::parameters::{Point, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
 use crate::store::error::StoreError;
@@ -12,18 +13,26 @@ use std::path::Path;
 /// How far from the droplet's path the surface of an obstacle may be to be listed, in sigma.
 const REACH: f64 = 1.0;
 
+/// Most cells of the array that are looked into along a path. A run of 2e4 samples needs a hundredth of it.
+const MOST_CELLS: f64 = 1e8;
+
 /// The discs within [`REACH`] of the recorded path of a droplet's centre and of its kept outlines, by x, then by y. A
 /// periodic image has the number of its original and a place of its own. None where the scene has no discs, and where
 /// they could not be placed, which is why the job failed.
 pub(super) fn near_path(conn: &Connection, job_id: &str) -> Result<Vec<JobRow>, StoreError> {
     let sql_error = |error| StoreError::sql(Path::new(conn.path().unwrap_or_default()))(error);
     let Some((spec, seed)) = job(conn, job_id).map_err(sql_error)? else { return Ok(Vec::new()) };
-    let Some(array) = array_of(&parse_point(&spec, job_id)?, seed as u64) else { return Ok(Vec::new()) };
-    let mut near = Near { array, seen: HashSet::new(), found: Vec::new() };
+    let point = parse_point(&spec, job_id)?;
+    checks::validate(&point).map_err(|problem| corrupt(job_id, problem))?;
+    let Some(array) = array_of(&point, seed as u64) else { return Ok(Vec::new()) };
+    let mut near = Near { array, seen: HashSet::new(), found: Vec::new(), cells: 0.0 };
     near.follow(&path(conn, job_id).map_err(sql_error)?);
     for outline in outlines::read(conn, job_id).map_err(sql_error)? {
         let outline = outline.ok_or_else(|| corrupt(job_id, "its outline cannot be read".to_owned()))?;
         near.follow(&outline.x.iter().zip(&outline.y).map(|(&x, &y)| [x, y]).collect::<Vec<_>>());
+    }
+    if near.cells > MOST_CELLS {
+        return Err(corrupt(job_id, "its path leads further than a droplet can move".to_owned()));
     }
     near.found.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.2.total_cmp(&b.2)));
     let radius = near.array.radius;
@@ -58,6 +67,8 @@ struct Near {
     /// Number and place of each, bit for bit.
     seen: HashSet<(u32, u64, u64)>,
     found: Vec<(u32, f64, f64)>,
+    /// Cells of the array that were looked into.
+    cells: f64,
 }
 
 impl Near {
@@ -74,6 +85,11 @@ impl Near {
     fn look_along(&mut self, a: [f64; 2], b: [f64; 2]) {
         let far = REACH + self.array.radius;
         let [x, y] = [0, 1].map(|i| [a[i].min(b[i]) - far, a[i].max(b[i]) + far]);
+        self.cells += self.array.cells_in([x[1] - x[0], y[1] - y[0]]);
+        if self.cells > MOST_CELLS || self.cells.is_nan() {
+            self.cells = f64::INFINITY;
+            return;
+        }
         let (seen, found) = (&mut self.seen, &mut self.found);
         // In coordinates of the box itself a disc has the same bits wherever it is seen from.
         self.array.for_each_in([0.0; 2], [x[0], x[1], y[0], y[1]], |disc| {

@@ -8,19 +8,20 @@ use crate::store::error::StoreError;
 use crate::store::folders::{database, is_unfinished};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
 use crate::store::schema::birth;
+use crate::store::{connection, entries};
 use rusqlite::{Connection, ErrorCode, OpenFlags, ffi};
 use std::fmt::Write;
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Connects to the database for reading, whatever its schema is. Undoes what a dead process left half-written.
 pub(in crate::store) fn connect(dir: &Path) -> Result<Connection, StoreError> {
     let path = database(dir);
+    entries::refuse_foreign(dir)?;
     birth::roll_back(dir)?;
-    match open(&path, OpenFlags::empty()) {
+    match open(&path) {
         Err(error) if is_refusal(&error) => {
             // A file that cannot be read at all is another matter, which the system puts best.
-            drop(File::open(&path).map_err(StoreError::io(&path))?);
+            drop(entries::open(&path).map_err(StoreError::io(&path))?);
             if is_unfinished(dir) {
                 return Err(StoreError::Unfinished(dir.to_owned()));
             }
@@ -30,9 +31,11 @@ pub(in crate::store) fn connect(dir: &Path) -> Result<Connection, StoreError> {
     }
 }
 
-fn open(path: &Path, more: OpenFlags) -> rusqlite::Result<Connection> {
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX | more;
-    let conn = Connection::open_with_flags(path, flags)?;
+fn open(path: &Path) -> rusqlite::Result<Connection> {
+    set_up(connection::open(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?)
+}
+
+fn set_up(conn: Connection) -> rusqlite::Result<Connection> {
     conn.busy_timeout(BUSY_TIMEOUT)?;
     plan_once(&conn)?;
     conn.pragma_update(None, "query_only", true)?;
@@ -43,7 +46,8 @@ fn open(path: &Path, more: OpenFlags) -> rusqlite::Result<Connection> {
 
 /// Opens a file that does not change: without a lock, and without a look at any log.
 fn open_unchanging(path: &Path) -> rusqlite::Result<Connection> {
-    let conn = open(&unchanging(path), OpenFlags::SQLITE_OPEN_URI)?;
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_URI;
+    let conn = set_up(connection::open_uri(&unchanging(path), flags)?)?;
     // It is so already, in effect; saying it lets `still_unchanged` tell such a connection from others.
     conn.pragma_update(None, "locking_mode", "exclusive")?;
     Ok(conn)
@@ -59,7 +63,7 @@ fn is_refusal(error: &rusqlite::Error) -> bool {
 }
 
 /// The name by which SQLite opens a file that does not change: no lock, no log.
-fn unchanging(path: &Path) -> PathBuf {
+fn unchanging(path: &Path) -> String {
     let mut uri = "file:".to_owned();
     for &byte in path.as_os_str().as_encoded_bytes() {
         match byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte) {
@@ -68,7 +72,7 @@ fn unchanging(path: &Path) -> PathBuf {
             false => drop(write!(uri, "%{byte:02X}")),
         }
     }
-    PathBuf::from(uri + "?immutable=1")
+    uri + "?immutable=1"
 }
 
 /// Makes sure that nobody began to write a store that `conn` has read as a file that does not change.

@@ -3,14 +3,14 @@
 //! A lookup of one job decodes just its rows. A join that walks through many small jobs of one file would decode the
 //! same page again and again. So a lookup close to the last one decodes the pages around it whole, and keeps them.
 
+use crate::store::entries::SampleName;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::lock;
 use crate::store::read::open_existing;
-use crate::store::sample_file::{OpenFile, PAGE_ROWS, verify};
-use arrow_array::{RecordBatch, RecordBatchReader};
+use crate::store::sample_file::{Batches, OpenFile, PAGE_ROWS, verify};
+use arrow_array::RecordBatch;
 use arrow_select::concat::concat_batches;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::{HashMap, HashSet};
 use std::fs::File;
@@ -33,16 +33,16 @@ pub(super) struct SampleReader {
 #[derive(Debug)]
 struct State {
     conn: Connection,
-    footers: HashMap<String, OpenFile>,
+    footers: HashMap<SampleName, OpenFile>,
     /// Files whose bytes were compared with their checksum.
-    verified: HashSet<String>,
+    verified: HashSet<SampleName>,
     last: Option<DecodedSpan>,
 }
 
 /// Rows of a sample file.
 #[derive(Clone, Debug)]
 struct FileSpan {
-    path: String,
+    name: SampleName,
     rows: Range<usize>,
 }
 
@@ -61,7 +61,7 @@ pub(super) enum JobRows {
     /// All its rows at once.
     Decoded(RecordBatch),
     /// A reader that decodes them in parts, because they are many.
-    Streamed(ParquetRecordBatchReader),
+    Streamed(Batches),
 }
 
 impl SampleReader {
@@ -82,18 +82,18 @@ impl SampleReader {
     }
 
     /// The sample files, oldest first.
-    pub(super) fn files(&self) -> Result<Vec<String>, StoreError> {
+    pub(super) fn files(&self) -> Result<Vec<SampleName>, StoreError> {
         let state = self.state();
-        let list = || -> rusqlite::Result<Vec<String>> {
+        let list = || -> rusqlite::Result<Vec<SampleName>> {
             let mut statement = state.conn.prepare_cached("SELECT path FROM sample_files ORDER BY key")?;
             statement.query_map([], |row| row.get(0))?.collect()
         };
         list().map_err(StoreError::sql(&database(&self.dir)))
     }
 
-    /// Reads the whole file `path`; `columns` is a bit mask.
-    pub(super) fn read_file(&self, path: &str, columns: u64) -> Result<ParquetRecordBatchReader, StoreError> {
-        let file = self.state().footer(&self.dir, path)?;
+    /// Reads the whole file; `columns` is a bit mask.
+    pub(super) fn read_file(&self, name: &SampleName, columns: u64) -> Result<Batches, StoreError> {
+        let file = self.state().footer(&self.dir, name)?;
         file.read(0..file.rows(), columns)
     }
 
@@ -105,14 +105,14 @@ impl SampleReader {
         if let Some(last) = state.last.as_ref().filter(|last| last.covers(&span, columns)) {
             return Ok(JobRows::Decoded(last.slice(&span.rows)));
         }
-        let file = state.footer(&self.dir, &span.path)?;
+        let file = state.footer(&self.dir, &span.name)?;
         if span.rows.len() >= PAGE_ROWS {
             return file.read(span.rows, columns).map(JobRows::Streamed);
         }
         let walking = state.last.as_ref().is_some_and(|last| last.is_near(&span));
         let rows = if walking { whole_pages(&span.rows, file.rows()) } else { span.rows.clone() };
         let batch = decode(&file, rows.clone(), columns)?;
-        let decoded = DecodedSpan { span: FileSpan { path: span.path, rows }, columns, batch };
+        let decoded = DecodedSpan { span: FileSpan { name: span.name, rows }, columns, batch };
         let slice = decoded.slice(&span.rows);
         state.last = Some(decoded);
         Ok(JobRows::Decoded(slice))
@@ -130,34 +130,34 @@ impl State {
         )?;
         let span = statement.query_row([job_id], |row| {
             let (first, count): (usize, usize) = (row.get::<_, u32>(1)? as usize, row.get::<_, u32>(2)? as usize);
-            Ok(FileSpan { path: row.get(0)?, rows: first..first + count })
+            Ok(FileSpan { name: row.get(0)?, rows: first..first + count })
         });
         span.optional()
     }
 
     /// Compares the bytes of a file with its checksum, before its first row is read. So no number of a damaged file
     /// gets out, and the Parquet library, which can panic, never sees a damaged file.
-    fn verify(&self, dir: &Path, path: &str) -> Result<(), StoreError> {
+    fn verify(&self, dir: &Path, name: &SampleName) -> Result<(), StoreError> {
         let find = || {
             let mut statement = self.conn.prepare_cached("SELECT checksum FROM sample_files WHERE path = ?1")?;
-            statement.query_row([path], |row| row.get::<_, String>(0))
+            statement.query_row([name], |row| row.get::<_, String>(0))
         };
-        verify(dir, path, &find().map_err(StoreError::sql(&database(dir)))?)
+        verify(dir, name, &find().map_err(StoreError::sql(&database(dir)))?)
     }
 
-    fn footer(&mut self, dir: &Path, path: &str) -> Result<OpenFile, StoreError> {
-        if let Some(file) = self.footers.get(path) {
+    fn footer(&mut self, dir: &Path, name: &SampleName) -> Result<OpenFile, StoreError> {
+        if let Some(file) = self.footers.get(name) {
             return Ok(file.clone());
         }
         if self.footers.len() >= FOOTERS {
             self.footers.clear();
         }
-        if !self.verified.contains(path) {
-            self.verify(dir, path)?;
-            self.verified.insert(path.to_owned());
+        if !self.verified.contains(name) {
+            self.verify(dir, name)?;
+            self.verified.insert(name.clone());
         }
-        let file = OpenFile::open(dir, path)?;
-        self.footers.insert(path.to_owned(), file.clone());
+        let file = OpenFile::open(dir, name)?;
+        self.footers.insert(name.clone(), file.clone());
         Ok(file)
     }
 }
@@ -165,12 +165,12 @@ impl State {
 impl DecodedSpan {
     fn covers(&self, span: &FileSpan, columns: u64) -> bool {
         let Range { start, end } = self.span.rows;
-        self.columns == columns && self.span.path == span.path && start <= span.rows.start && span.rows.end <= end
+        self.columns == columns && self.span.name == span.name && start <= span.rows.start && span.rows.end <= end
     }
 
     fn is_near(&self, span: &FileSpan) -> bool {
         let (from, to) = (self.span.rows.start, self.span.rows.end + PAGE_ROWS);
-        self.span.path == span.path && from <= span.rows.end + PAGE_ROWS && span.rows.start <= to
+        self.span.name == span.name && from <= span.rows.end + PAGE_ROWS && span.rows.start <= to
     }
 
     fn slice(&self, rows: &Range<usize>) -> RecordBatch {
@@ -184,9 +184,8 @@ fn whole_pages(rows: &Range<usize>, total: usize) -> Range<usize> {
 }
 
 fn decode(file: &OpenFile, rows: Range<usize>, columns: u64) -> Result<RecordBatch, StoreError> {
-    let reader = file.read(rows, columns)?;
-    let schema = reader.schema();
-    let batches = reader.collect::<Result<Vec<_>, _>>();
-    let joined = batches.and_then(|batches| concat_batches(&schema, &batches));
-    joined.map_err(|error| StoreError::parquet(&file.path())(error.into()))
+    let batches = file.read(rows, columns)?;
+    let schema = batches.schema();
+    let batches = batches.collect::<Result<Vec<_>, _>>()?;
+    concat_batches(&schema, &batches).map_err(|error| StoreError::parquet(&file.path())(error.into()))
 }

@@ -7,22 +7,19 @@
 //! both structs here are `#[repr(C)]` and begin with that field, as the traits demand. Nothing else here is unsafe.
 #![allow(unsafe_code)]
 
+use crate::store::entries::SampleName;
 use crate::store::error::StoreError;
 use crate::store::read::sample_reader::{JobRows, SampleReader};
-use crate::store::sample_file::{COLUMNS, numbers};
-use arrow_array::cast::AsArray;
-use arrow_array::types::Int32Type;
-use arrow_array::{Array, RecordBatch, StringArray};
-use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
+use crate::store::sample_file::{Batches, COLUMNS, numbers, texts};
+use arrow_array::{Array, RecordBatch};
 use rusqlite::types::{Null, ValueRef};
 use rusqlite::vtab::{
-    Context, Filters, IndexConstraintOp, IndexInfo, Module, VTab, VTabConnection, VTabCursor, sqlite3_vtab,
+    Context, Filters, IndexConstraintOp, IndexInfo, Module, VTab, VTabConfig, VTabConnection, VTabCursor, sqlite3_vtab,
     sqlite3_vtab_cursor,
 };
 use rusqlite::{Connection, Error, Result};
 use std::borrow::Cow;
 use std::ffi::{CStr, c_int};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -87,13 +84,14 @@ unsafe impl VTab<'_> for SamplesTable {
     type Cursor = SamplesCursor;
 
     fn connect(
-        _: &mut VTabConnection,
+        conn: &mut VTabConnection,
         aux: Option<&Self::Aux>,
         _module: &[u8],
         _database: &[u8],
         _table: &[u8],
         _args: &[&[u8]],
     ) -> Result<(Cow<'static, CStr>, Self)> {
+        conn.config(VTabConfig::Innocuous)?;
         let reader = aux.ok_or_else(|| Error::ModuleError("no store given".to_owned()))?.clone();
         Ok((Cow::Borrowed(DECLARATION), Self { base: sqlite3_vtab::default(), samples: reader }))
     }
@@ -121,8 +119,8 @@ struct SamplesCursor {
     /// The job that the statement gives; empty in a full scan.
     job_id: String,
     /// Files still to be scanned, the next one last.
-    files: Vec<String>,
-    reader: Option<ParquetRecordBatchReader>,
+    files: Vec<SampleName>,
+    reader: Option<Batches>,
     batch: Option<RecordBatch>,
     row: usize,
     row_id: i64,
@@ -147,19 +145,15 @@ impl SamplesCursor {
     fn load(&mut self) -> Result<()> {
         self.row = 0;
         loop {
-            let reader = self.reader.as_mut();
-            self.batch = guarded(|| {
-                let next = reader.and_then(Iterator::next).transpose();
-                next.map_err(|error| Error::ModuleError(format!("{error}; {NEXT_STEP}")))
-            })?;
+            self.batch = self.reader.as_mut().and_then(Iterator::next).transpose().map_err(module_error)?;
             match &self.batch {
                 Some(batch) if batch.num_rows() > 0 => return Ok(()),
                 Some(_) => {}
                 None => match self.files.pop() {
                     None => return Ok(()),
                     Some(file) => {
-                        let read = || self.samples.read_file(&file, self.access.columns).map_err(module_error);
-                        self.reader = Some(guarded(read)?);
+                        let batches = self.samples.read_file(&file, self.access.columns);
+                        self.reader = Some(batches.map_err(module_error)?);
                     }
                 },
             }
@@ -179,7 +173,7 @@ unsafe impl VTabCursor for SamplesCursor {
         // A value that is not a text equals no job_id.
         let Some(ValueRef::Text(job_id)) = args.iter().next() else { return Ok(()) };
         self.job_id = String::from_utf8_lossy(job_id).into_owned();
-        match guarded(|| self.samples.read_job(&self.job_id, self.access.columns).map_err(module_error))? {
+        match self.samples.read_job(&self.job_id, self.access.columns).map_err(module_error)? {
             JobRows::None => Ok(()),
             JobRows::Decoded(batch) => {
                 self.batch = Some(batch);
@@ -214,11 +208,10 @@ unsafe impl VTabCursor for SamplesCursor {
         let before = (self.access.columns & ((1 << index) - 1)).count_ones() as usize;
         let column = batch.column(before);
         if index == 0 {
-            let texts = column.as_dictionary::<Int32Type>().downcast_dict::<StringArray>();
-            let texts = texts.ok_or_else(|| Error::ModuleError("the column job_id does not hold text".to_owned()))?;
+            let texts = texts(column).ok_or_else(|| misfit("ids"))?;
             return context.set_result(texts.values().value(texts.keys().value(self.row) as usize));
         }
-        let numbers = numbers(column);
+        let numbers = numbers(column).ok_or_else(|| misfit("numbers"))?;
         match numbers.is_valid(self.row) {
             true => context.set_result(numbers.value(self.row)),
             false => context.set_result(Null),
@@ -232,15 +225,14 @@ unsafe impl VTabCursor for SamplesCursor {
 
 const NEXT_STEP: &str = "`meniscus check DIR` examines all sample files";
 
+/// A column that does not hold what its file was opened for.
+fn misfit(what: &str) -> Error {
+    Error::ModuleError(format!("a column of a sample file does not hold {what}; {NEXT_STEP}"))
+}
+
 fn module_error(error: StoreError) -> Error {
     Error::ModuleError(match error {
         StoreError::Parquet { .. } => format!("{error}; {NEXT_STEP}"),
         other => other.to_string(),
     })
-}
-
-/// Reads from a file that may be damaged: a panic of the Parquet library must not pass through SQLite.
-fn guarded<T>(read: impl FnOnce() -> Result<T>) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(read))
-        .unwrap_or_else(|_| Err(Error::ModuleError(format!("a sample file is damaged; {NEXT_STEP}"))))
 }

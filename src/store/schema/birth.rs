@@ -9,8 +9,9 @@
 
 use crate::store::error::StoreError;
 use crate::store::folders::{database, journal, log};
-use crate::store::{disk, lock, quarantine, schema, seal};
+use crate::store::{connection, disk, entries, lock, quarantine, schema, seal};
 use rusqlite::{Connection, MAIN_DB};
+use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
@@ -25,7 +26,7 @@ const LOGGED: [u8; 2] = [2, 2];
 /// [`StoreError::Newer`] and [`StoreError::Foreign`] before anything is touched; else what SQLite or the system report.
 pub(in crate::store) fn open_or_create(dir: &Path) -> Result<Connection, StoreError> {
     let path = database(dir);
-    let open = || Connection::open(&path).map_err(StoreError::sql(&path));
+    let open = || connection::writing(dir).map_err(StoreError::sql(&path));
     if !is_empty(dir) {
         let conn = open()?;
         if schema::version(&conn, &path)?.is_some() {
@@ -71,6 +72,27 @@ fn has_journal(dir: &Path) -> bool {
     journal(dir).metadata().is_ok_and(|file| file.len() > 0)
 }
 
+/// The last bytes of a journal that names another file, a "super-journal": <https://www.sqlite.org/fileformat2.html>.
+const POINTING: [u8; 8] = [0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7];
+
+/// Refuses a journal that names another file, which SQLite would read and then remove, wherever it is. Such journals come
+/// from transactions over several databases, and no meniscus ever made one.
+fn refuse_pointing_journal(dir: &Path) -> Result<(), StoreError> {
+    let path = journal(dir);
+    let mut tail = Vec::new();
+    let mut read = || {
+        let mut file = entries::open(&path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(POINTING.len() as u64)))?;
+        file.read_to_end(&mut tail)
+    };
+    read().map_err(StoreError::io(&path))?;
+    match tail == POINTING {
+        true => Err(StoreError::ForeignEntry { path, found: "a journal that names another file", wanted: "its own" }),
+        false => Ok(()),
+    }
+}
+
 /// Undoes the change in whose midst the last writer died, if there is one, before somebody reads.
 ///
 /// # Errors
@@ -93,10 +115,10 @@ pub(in crate::store) fn roll_back_alone(dir: &Path) -> Result<(), StoreError> {
     if !has_journal(dir) || !database(dir).exists() {
         return Ok(());
     }
-    let path = database(dir);
+    refuse_pointing_journal(dir)?;
     // A connection that may write rolls back before it reads. What else is wrong is found by those who read.
     let read = |conn: Connection| conn.query_row("SELECT count(*) FROM sqlite_master", [], |_| Ok(()));
-    match Connection::open(&path).and_then(read) {
+    match connection::writing(dir).and_then(read) {
         Err(error) if error.sqlite_error_code() == Some(rusqlite::ErrorCode::ReadOnly) => {
             Err(StoreError::HalfWritten(dir.to_owned()))
         }

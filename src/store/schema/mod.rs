@@ -19,8 +19,9 @@ pub(super) mod columns;
 pub(super) mod derived;
 pub(super) mod points;
 
-use crate::store::disk;
+use crate::parameters::plain;
 use crate::store::error::StoreError;
+use crate::store::{connection, disk, entries};
 use rusqlite::{Connection, TransactionBehavior};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,10 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0005_columns.sql"),
     include_str!("../../../migrations/0006_dynamics.sql"),
 ];
+
+/// The blake3 of the declarations that all of them make. With it, a database is compared in a fraction of the time that
+/// making a model of it takes; a test says what it has to be.
+const LATEST_HASH: &str = "7a39bb4d55c39b5d4b0bd00b0486c162f482d36394a008de73f3f13b732db97a";
 
 /// The latest schema of this program.
 pub(super) const LATEST: usize = MIGRATIONS.len();
@@ -81,11 +86,11 @@ fn known_version(conn: &Connection, path: &Path, known: usize) -> Result<Option<
 /// Whether the database at `path` can be read as a store: `false` if nothing was written to it yet.
 ///
 /// # Errors
-/// [`StoreError::Newer`], [`StoreError::Older`] or [`StoreError::Foreign`].
+/// [`StoreError::Newer`], [`StoreError::Older`], [`StoreError::Foreign`] or [`StoreError::ForeignSchema`].
 pub(super) fn is_readable(conn: &Connection, path: &Path) -> Result<bool, StoreError> {
     match version(conn, path)? {
         None => Ok(false),
-        Some(LATEST) => Ok(true),
+        Some(LATEST) => refuse_foreign(conn, path, LATEST).map(|()| true),
         Some(found) => Err(StoreError::Older { path: path.to_owned(), found }),
     }
 }
@@ -93,8 +98,12 @@ pub(super) fn is_readable(conn: &Connection, path: &Path) -> Result<bool, StoreE
 /// Brings the database at `path` to the latest schema, after a backup of an older store.
 ///
 /// # Errors
-/// [`StoreError::Newer`] and [`StoreError::Foreign`] before anything is touched; else what SQLite reports.
+/// [`StoreError::Newer`], [`StoreError::Foreign`] and [`StoreError::ForeignSchema`] before anything is touched; else what
+/// SQLite reports.
 pub(super) fn migrate(conn: &mut Connection, path: &Path) -> Result<(), StoreError> {
+    if let Some(version) = version(conn, path)? {
+        refuse_foreign(conn, path, version)?;
+    }
     migrate_through(conn, path, MIGRATIONS, derived::fill)
 }
 
@@ -139,8 +148,10 @@ fn back_up(conn: &Connection, path: &Path, version: usize) -> Result<PathBuf, St
 pub(super) fn copy_to(conn: &Connection, path: &Path, copy: &Path) -> Result<(), StoreError> {
     // VACUUM takes an empty file for a new one.
     disk::create(copy)?;
-    conn.execute("VACUUM INTO ?1", [copy.to_string_lossy()]).map_err(StoreError::sql(path))?;
-    let file = std::fs::File::open(copy).map_err(StoreError::io(copy))?;
+    let name = connection::name(copy);
+    let name = name.to_str().ok_or_else(|| StoreError::io(copy)(std::io::Error::other("its name is not UTF-8")))?;
+    conn.execute("VACUUM INTO ?1", [name]).map_err(StoreError::sql(path))?;
+    let file = entries::open(copy).map_err(StoreError::io(copy))?;
     disk::sync(&file, copy)
 }
 
@@ -153,18 +164,58 @@ pub(super) fn references(conn: &Connection, parent: &str) -> rusqlite::Result<Ve
     statement.query_map([parent], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
 }
 
-/// The tables, indices and views of a database that are not declared as in a store of this schema, by name.
+/// Refuses a database that is not declared exactly as a store of this schema: what a stranger puts into a schema runs when
+/// the database is used.
+///
+/// # Errors
+/// [`StoreError::ForeignSchema`]; what SQLite reports.
+fn refuse_foreign(conn: &Connection, path: &Path, version: usize) -> Result<(), StoreError> {
+    let found = declarations(conn).map_err(StoreError::sql(path))?;
+    if version == LATEST && hash(&found) == LATEST_HASH {
+        return Ok(());
+    }
+    match differences(conn, version).map_err(StoreError::sql(path))?.into_iter().next() {
+        Some(problem) => Err(StoreError::ForeignSchema { path: path.to_owned(), problem }),
+        None => Ok(()),
+    }
+}
+
+/// What is not declared in a database as in a store of this schema, in words.
 pub(super) fn differences(conn: &Connection, version: usize) -> rusqlite::Result<Vec<String>> {
     let model = Connection::open_in_memory()?;
     MIGRATIONS.iter().take(version).try_for_each(|sql| model.execute_batch(sql))?;
     let (found, expected) = (declarations(conn)?, declarations(&model)?);
-    Ok(expected.into_iter().filter(|(name, sql)| found.get(name) != Some(sql)).map(|(name, _)| name).collect())
+    let other = expected.iter().filter(|(name, sql)| found.get(*name) != Some(*sql));
+    let other =
+        other.map(|((kind, name), _)| format!("the {kind} `{name}` is not declared as schema {version} has it"));
+    let foreign = found.keys().filter(|key| !expected.contains_key(*key));
+    let foreign =
+        foreign.map(|(kind, name)| format!("the {} `{}` is none of schema {version}", plain(kind), plain(name)));
+    Ok(foreign.chain(other).collect())
 }
 
-/// The declarations of a database, by name.
-fn declarations(conn: &Connection) -> rusqlite::Result<BTreeMap<String, String>> {
-    let mut statement = conn.prepare("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")?;
-    statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+/// Declarations by kind and name.
+type Declarations = BTreeMap<(String, String), String>;
+
+/// The declarations of a database. Tables that SQLite itself makes are left out: one that counts keys, and those of
+/// `ANALYZE`, which other programs may have called.
+fn declarations(conn: &Connection) -> rusqlite::Result<Declarations> {
+    let mut statement = conn.prepare(
+        "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL
+         AND NOT (type = 'table' AND name IN ('sqlite_sequence', 'sqlite_stat1', 'sqlite_stat4'))",
+    )?;
+    statement.query_map([], |row| Ok(((row.get(0)?, row.get(1)?), row.get(2)?)))?.collect()
+}
+
+/// The blake3 of declarations.
+fn hash(declarations: &Declarations) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for ((kind, name), sql) in declarations {
+        for text in [kind, name, sql] {
+            hasher.update(text.as_bytes()).update(&[0]);
+        }
+    }
+    hasher.finalize().to_hex().to_string()
 }
 
 #[cfg(test)]
@@ -181,6 +232,36 @@ mod tests {
 
     fn count(path: &Path, sql: &str) -> i64 {
         Connection::open(path).unwrap().query_row(sql, [], |row| row.get(0)).unwrap()
+    }
+
+    #[test]
+    fn the_hash_of_the_latest_schema_is_that_of_its_declarations() {
+        let model = Connection::open_in_memory().unwrap();
+        MIGRATIONS.iter().for_each(|sql| model.execute_batch(sql).unwrap());
+        assert_eq!(hash(&declarations(&model).unwrap()), LATEST_HASH);
+    }
+
+    #[test]
+    fn a_database_with_anything_more_or_anything_else_in_its_schema_is_refused() {
+        for foreign in [
+            "CREATE TRIGGER t AFTER INSERT ON outcomes BEGIN UPDATE outcomes SET r_end = 1; END",
+            "CREATE VIEW mine AS SELECT 1",
+            "CREATE TABLE samples (job_id)",
+            "CREATE INDEX i ON jobs (seed)",
+            "DROP VIEW runs; CREATE VIEW runs AS SELECT 1",
+            "DROP VIEW stability",
+        ] {
+            let mut conn = Connection::open_in_memory().unwrap();
+            migrate(&mut conn, Path::new(":memory:")).unwrap();
+            conn.execute_batch("ANALYZE").unwrap();
+            assert!(is_readable(&conn, Path::new("")).unwrap());
+            conn.execute_batch(foreign).unwrap();
+            for refusal in
+                [is_readable(&conn, Path::new("")).unwrap_err(), migrate(&mut conn, Path::new("")).unwrap_err()]
+            {
+                assert!(matches!(refusal, StoreError::ForeignSchema { .. }), "{foreign}: {refusal}");
+            }
+        }
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl<'a> Rewritten<'a> {
         let is_empty = old.iter().flat_map(|file| &file.jobs).all(|job| job.rows.is_empty());
         // Else the new file would vouch for damaged numbers.
         for OldFile { file, .. } in old.iter().filter(|old| !old.jobs.is_empty()) {
-            sample_file::verify(&store.dir, &file.path, &file.checksum)?;
+            sample_file::verify(&store.dir, &file.name, &file.checksum)?;
         }
         let new = if is_empty { None } else { Some(write(store, &old)?) };
         Ok(Self { old, new })
@@ -116,10 +116,10 @@ fn write(store: &Store, old: &[OldFile<'_>]) -> Result<SampleFile, StoreError> {
     let mut failed = None;
     let written = sample_file::write_aside(&store.dir, |writer| {
         for OldFile { file, jobs, .. } in old {
-            let open = OpenFile::open(&store.dir, &file.path).map_err(|error| keep(&mut failed, error))?;
+            let open = OpenFile::open(&store.dir, &file.name).map_err(|error| keep(&mut failed, error))?;
             for rows in stretches(jobs) {
                 for batch in open.read(rows, u64::MAX).map_err(|error| keep(&mut failed, error))? {
-                    writer.write(&batch?)?;
+                    writer.write(&batch.map_err(|error| keep(&mut failed, error))?)?;
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Writing a store: one process, one thread, and every outcome exactly once.
 //!
 //! `commit.rs` is the heart: how a batch of outcomes gets in. `writer.rs` is the thread that collects batches,
-//! `patience.rs` how long it waits for a disk that fails, `compact.rs` what it does with many small files.
+//! `patience.rs` how long it waits for a disk that fails, `waiting.rs` how much waits for it, `compact.rs` what it does with many small files.
 //! `register.rs` writes plans, `fits.rs` the answers of a fit, `orphans.rs` clears up after a crash.
 //!
 //! **Locking.** [`Store`] holds the lock of the store for as long as it lives, and with it the only connection that
@@ -25,6 +25,7 @@ pub(super) mod orphans;
 mod outlines;
 pub(super) mod patience;
 pub(super) mod register;
+mod waiting;
 pub(super) mod writer;
 
 use crate::parameters::PHYSICS_VERSION;
@@ -33,7 +34,7 @@ use crate::store::error::StoreError;
 use crate::store::folders::{Folders, aside_dir, database, refuse_no_folder, samples_dir};
 use crate::store::read::{BUSY_TIMEOUT, plan_once};
 use crate::store::schema::{self, birth};
-use crate::store::{disk, lock, quarantine, seal};
+use crate::store::{disk, entries, lock, quarantine, seal};
 use rusqlite::Connection;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -64,6 +65,7 @@ impl Store {
         refuse_no_folder(dir)?;
         lock::refuse_network(dir)?;
         disk::create_folder(dir)?;
+        entries::refuse_foreign(dir)?;
         let lock = lock::take(dir)?;
         birth::roll_back_alone(dir)?;
         let is_new = birth::is_empty(dir);
@@ -88,6 +90,7 @@ impl Store {
     /// [`StoreError::Missing`] where there is none, and as [`open`](Self::open).
     pub fn open_existing(dir: &Path) -> Result<Self, StoreError> {
         refuse_no_folder(dir)?;
+        entries::refuse_foreign(dir)?;
         if database(dir).exists() { Self::open(dir) } else { Err(StoreError::Missing(dir.to_owned())) }
     }
 

@@ -4,7 +4,7 @@
 use crate::parameters::JobId;
 use crate::store::error::StoreError;
 use crate::store::folders::{Folders, aside_dir, database, files_in, forgetting_dir, samples_dir};
-use crate::store::write::Store;
+use crate::store::write::{Store, catalogue};
 use crate::store::{checkpoint_file, disk, lock, quarantine};
 use rusqlite::{Connection, OptionalExtension};
 use std::collections::HashSet;
@@ -38,14 +38,10 @@ fn extension(path: &Path) -> Option<&str> {
     path.extension()?.to_str()
 }
 
-/// The names of the catalogued sample files.
+/// The names of the catalogued sample files, without their folder.
 fn catalogued(conn: &Connection) -> rusqlite::Result<HashSet<OsString>> {
-    let mut statement = conn.prepare("SELECT path FROM sample_files")?;
-    let names = statement.query_map([], |row| {
-        let path: String = row.get(0)?;
-        Ok(Path::new(&path).file_name().unwrap_or_default().to_owned())
-    })?;
-    names.collect()
+    let (files, _) = catalogue::sorted_out(conn)?;
+    Ok(files.iter().map(|listed| listed.file.name.file_name().into()).collect())
 }
 
 /// Puts every sample file where it belongs: those that no row names go from `samples/` to `aside/`, and then those that

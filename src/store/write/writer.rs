@@ -12,7 +12,9 @@ use crate::store::error::StoreError;
 use crate::store::unix_now;
 use crate::store::write::commit::{Batch, FinishedJob, commit};
 use crate::store::write::patience::{self, Hurry};
+use crate::store::write::waiting::Waiting;
 use crate::store::write::{Store, compact, orphans};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -74,13 +76,14 @@ pub struct WriterStopped;
 
 /// A worker's way to the writer; every worker has a clone.
 #[derive(Clone, Debug)]
-pub struct OutcomeSender(
+pub struct OutcomeSender {
     /// `None` asks the writer to finish.
-    SyncSender<Option<Message>>,
-);
+    messages: SyncSender<Option<Message>>,
+    waiting: Arc<Waiting>,
+}
 
 impl OutcomeSender {
-    /// Hands a message over. An outcome waits for a place in the queue. A [`Message::Started`] is dropped when there
+    /// Hands a message over. An outcome waits for a place in the queue, and while much waits for the writer. A [`Message::Started`] is dropped when there
     /// is no place, because the outcome makes up for it.
     ///
     /// # Errors
@@ -88,11 +91,14 @@ impl OutcomeSender {
     pub fn send(&self, message: Message) -> Result<(), WriterStopped> {
         use std::sync::mpsc::TrySendError::Disconnected;
         match message {
-            Message::Started(_) => match self.0.try_send(Some(message)) {
+            Message::Started(_) => match self.messages.try_send(Some(message)) {
                 Err(Disconnected(_)) => Err(WriterStopped),
                 _ => Ok(()),
             },
-            Message::Finished { .. } => self.0.send(Some(message)).map_err(|_| WriterStopped),
+            Message::Finished { ref result, .. } => {
+                self.waiting.enter(result.as_ref().map_or(0, rows));
+                self.messages.send(Some(message)).map_err(|_| WriterStopped)
+            }
         }
     }
 }
@@ -112,10 +118,19 @@ impl Writer {
     /// # Errors
     /// If the system cannot start a thread.
     pub fn spawn(store: Store, options: WriterOptions) -> Result<Self, StoreError> {
-        let (sender, receiver) = sync_channel(options.queue);
+        let (messages, receiver) = sync_channel(options.queue);
+        let waiting = Arc::new(Waiting::default());
+        let work = {
+            let waiting = waiting.clone();
+            move || {
+                let written = write(store, &receiver, &options, &waiting);
+                waiting.close();
+                written
+            }
+        };
         let builder = std::thread::Builder::new().name("store-writer".to_owned());
-        let thread = builder.spawn(move || write(store, &receiver, &options)).map_err(StoreError::NoThread)?;
-        Ok(Self { sender: OutcomeSender(sender), thread: Some(thread) })
+        let thread = builder.spawn(work).map_err(StoreError::NoThread)?;
+        Ok(Self { sender: OutcomeSender { messages, waiting }, thread: Some(thread) })
     }
 
     /// A sender to this writer, for a worker.
@@ -133,7 +148,7 @@ impl Writer {
 
     fn stop(&mut self) -> Option<Result<Store, StoreError>> {
         // A writer that gave up takes no message; joining its thread says why.
-        let _ = self.sender.0.send(None);
+        let _ = self.sender.messages.send(None);
         self.thread.take()?.join().ok()
     }
 }
@@ -149,7 +164,12 @@ impl Drop for Writer {
 }
 
 /// The thread: collects and commits, until it is told to finish or nobody can send any more.
-fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &WriterOptions) -> Result<Store, StoreError> {
+fn write(
+    mut store: Store,
+    receiver: &Receiver<Option<Message>>,
+    options: &WriterOptions,
+    waiting: &Waiting,
+) -> Result<Store, StoreError> {
     let mut pending = Pending::default();
     let mut unknown = Vec::new();
     loop {
@@ -168,8 +188,9 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
             Err(RecvTimeoutError::Timeout) => false,
             Ok(None) | Err(RecvTimeoutError::Disconnected) => true,
         };
-        let batch = std::mem::take(&mut pending).batch;
+        let Pending { batch, handed_over, .. } = std::mem::take(&mut pending);
         unknown.extend(patiently_commit(&mut store, &batch, options)?);
+        waiting.leave(handed_over);
         orphans::clear_checkpoints(&store.folders(), batch.finished.iter().map(|finished| finished.job));
         if let Err(error) = compact::compact(&mut store, options.merge) {
             // Nothing is lost: the small files stay.
@@ -187,6 +208,8 @@ fn write(mut store: Store, receiver: &Receiver<Option<Message>>, options: &Write
 struct Pending {
     batch: Batch,
     samples: usize,
+    /// The same as [`Waiting`] counts them: with those of trajectories that cannot be stored.
+    handed_over: usize,
     oldest: Option<Instant>,
 }
 
@@ -196,6 +219,7 @@ impl Pending {
         match message {
             Message::Started(job) => self.batch.started.push(job),
             Message::Finished { job, result, wall_s } => {
+                self.handed_over += result.as_ref().map_or(0, rows);
                 let result = result.and_then(storable);
                 self.samples += result.as_ref().map_or(0, rows);
                 self.batch.finished.push(FinishedJob { job, result, wall_s, at: unix_now() });

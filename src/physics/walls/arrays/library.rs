@@ -5,12 +5,14 @@ use crate::parameters::{Job, ObstacleField, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
 use crate::results::trajectory::Failure;
 use std::collections::HashMap;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What names one array: the canonical form of its field, and the seed.
 type ArrayKey = (String, u64);
 
-type Slot = Arc<OnceLock<Result<Arc<ObstacleArray>, Failure>>>;
+/// The array once it is made; none if it was not made because all jobs are to stop.
+type Slot = Arc<OnceLock<Result<Option<Arc<ObstacleArray>>, Failure>>>;
 
 /// One array and the number of jobs that will still ask for it.
 #[derive(Debug, Default)]
@@ -33,14 +35,20 @@ impl ArrayLibrary {
     }
 
     /// The array of `field` for the job, made when the first job asks. The discs of saturated arrays are placed later,
-    /// where droplets come.
+    /// where droplets come. `None` if `stop` is set before it is made.
     ///
     /// # Errors
     /// Those of [`ObstacleArray::generate`].
-    pub(crate) fn get(&self, job: &Job, field: &ObstacleField) -> Result<Arc<ObstacleArray>, Failure> {
+    pub(crate) fn get(
+        &self,
+        job: &Job,
+        field: &ObstacleField,
+        stop: &AtomicBool,
+    ) -> Result<Option<Arc<ObstacleArray>>, Failure> {
         let slot = key_of(job).map_or_else(Slot::default, |key| self.lock().entry(key).or_default().slot.clone());
         // Generated outside the lock, so that jobs wait only for their own array.
-        slot.get_or_init(|| ObstacleArray::generate(field, job.seed).map(Arc::new)).clone()
+        let make = || Ok(ObstacleArray::generate_unless(stop, field, job.seed)?.map(Arc::new));
+        slot.get_or_init(make).clone()
     }
 
     /// Releases the array of the job; the last job frees it.

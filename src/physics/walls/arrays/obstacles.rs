@@ -5,6 +5,7 @@ use crate::physics::walls::arrays::{board::GRAIN, packing::pack, saturated::Satu
 use crate::physics::walls::{disc::Disc, wall::Walls};
 use crate::results::trajectory::{Failure, FailureClass};
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 /// The widest gap is sought within this distance of the box centre, in sigma.
 pub(crate) const SEARCH_RADIUS: f64 = 1.0;
@@ -67,16 +68,28 @@ impl ObstacleArray {
     /// # Errors
     /// `bad_input` if the box is full before the asked density is reached.
     pub fn generate(field: &ObstacleField, seed: u64) -> Result<Self, Failure> {
+        Ok(Self::generate_unless(&AtomicBool::new(false), field, seed)?.expect("nobody stops it"))
+    }
+
+    /// The same; `None` if `stop` is set before all discs are placed.
+    ///
+    /// # Errors
+    /// As [`generate`](Self::generate).
+    pub(crate) fn generate_unless(
+        stop: &AtomicBool,
+        field: &ObstacleField,
+        seed: u64,
+    ) -> Result<Option<Self>, Failure> {
         let (radius, area) = (0.5 * field.sigma_ob, field.box_size * field.box_size);
         let density = match field.density {
             Density::Saturated => {
                 let places = Places::Saturated(Box::new(Saturated::new(field, seed)));
-                return Ok(Self { box_size: field.box_size, radius, places, widest_gap: OnceLock::new() });
+                return Ok(Some(Self { box_size: field.box_size, radius, places, widest_gap: OnceLock::new() }));
             }
             Density::Number(density) => density,
         };
         let wanted = (density * area).round() as usize;
-        let centres = pack(field, seed, wanted);
+        let Some(centres) = pack(field, seed, wanted, stop) else { return Ok(None) };
         if centres.len() < wanted {
             return Err(Failure {
                 class: FailureClass::BadInput,
@@ -92,7 +105,7 @@ impl ObstacleArray {
                 outline: None,
             });
         }
-        Ok(Self::given(field.box_size, radius, &centres))
+        Ok(Some(Self::given(field.box_size, radius, &centres)))
     }
 
     /// An array of discs at given places, `0 <= x, y < box_size`.
@@ -135,8 +148,23 @@ impl ObstacleArray {
         }
     }
 
+    /// How many cells of the array a box with these sides goes through. A look at more than 1e6 finds nothing.
+    pub(crate) fn cells_in(&self, sides: [f64; 2]) -> f64 {
+        let cells = match &self.places {
+            Places::Given(sorted) => sorted.cells,
+            Places::Saturated(discs) => discs.cells,
+        };
+        sides.iter().map(|side| side * cells as f64 / self.box_size + 1.0).product()
+    }
+
+    /// Whether a look into a box with these sides goes through so few cells that it finds what is there.
+    pub(crate) fn can_look(&self, sides: [f64; 2]) -> bool {
+        self.cells_in(sides) <= MOST_CELLS
+    }
+
     /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`. Box and discs are in
-    /// coordinates relative to `origin`. Periodic images are visited too, with the same id.
+    /// coordinates relative to `origin`. Periodic images are visited too, with the same id. A box of more than 1e6 cells
+    /// is not looked into.
     pub fn for_each_in(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Disc)) {
         let [x_min, x_max, y_min, y_max] = bounds;
         let mut see = |id: u32, at: [f64; 2], shift: [f64; 2]| {
@@ -196,8 +224,13 @@ impl ObstacleArray {
     }
 }
 
+/// Most cells that one look goes through. A droplet that looks further has come apart; going through its cells would take
+/// longer than it takes to notice.
+const MOST_CELLS: f64 = 1e6;
+
 /// Calls `visit` with every cell of a periodic grid that overlaps the box `[x_min, x_max, y_min, y_max]` relative to
-/// `origin`, and with the shift that makes places in the cell relative to `origin`.
+/// `origin`, and with the shift that makes places in the cell relative to `origin`; with none if they are more than
+/// [`MOST_CELLS`].
 fn for_each_cell(
     box_size: f64,
     cells: usize,
@@ -212,6 +245,10 @@ fn for_each_cell(
         let [from, to] = [origin + from - GRAIN, origin + to + GRAIN].map(|c| (c / width).floor() as i64);
         (from..=to).map(move |c| (c.rem_euclid(n) as usize, c.div_euclid(n) as f64))
     };
+    let (across, down) = (bounds[1] - bounds[0], bounds[3] - bounds[2]);
+    if (across / width + 1.0) * (down / width + 1.0) > MOST_CELLS {
+        return;
+    }
     for (row, boxes_up) in range(origin[1], bounds[2], bounds[3]) {
         for (column, boxes_right) in range(origin[0], bounds[0], bounds[1]) {
             let shift = [boxes_right * box_size - origin[0], boxes_up * box_size - origin[1]];

@@ -7,6 +7,7 @@
 use crate::parameters::ObstacleField;
 use crate::physics::walls::arrays::board::{Board, Stream, place, squared_distance};
 use crate::physics::walls::arrays::growth::Growth;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Growth takes over when fewer than one in this many darts hits.
 const DARTS_A_HIT: u64 = 10;
@@ -28,29 +29,36 @@ struct Packing {
     taken: Vec<u64>,
 }
 
-/// Centres of the first `wanted` discs of a seed, or of all that fit.
-pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize) -> Vec<[f64; 2]> {
+/// Darts between two looks at whether to stop: some milliseconds.
+const DARTS_A_LOOK: u64 = 1 << 15;
+
+/// Centres of the first `wanted` discs of a seed, or of all that fit; `None` if `stop` is set meanwhile.
+pub(super) fn pack(field: &ObstacleField, seed: u64, wanted: usize, stop: &AtomicBool) -> Option<Vec<[f64; 2]>> {
     let board = Board::new(field, seed);
     let cells = board.cells * board.cells;
     let (grid, taken) = (vec![[0.0; 2]; cells], vec![0; cells.div_ceil(64)]);
-    let (board, mut discs) = Packing { board, discs: Vec::new(), grid, taken }.throw(wanted);
+    let (board, mut discs) = Packing { board, discs: Vec::new(), grid, taken }.throw(wanted, stop)?;
     if discs.len() < wanted {
-        let more = Growth::onto(board, &discs).grow(wanted - discs.len());
+        let more = Growth::onto(board, &discs).grow(wanted - discs.len(), stop)?;
         discs.extend(more);
     }
-    discs
+    Some(discs)
 }
 
 impl Packing {
     /// Throws darts at the whole box until there are `wanted` discs or most darts miss. Consumes `self`, so that the
-    /// grid is freed before Growth makes its own.
-    fn throw(mut self, wanted: usize) -> (Board, Vec<[f64; 2]>) {
+    /// grid is freed before Growth makes its own. `None` if `stop` is set meanwhile.
+    fn throw(mut self, wanted: usize, stop: &AtomicBool) -> Option<(Board, Vec<[f64; 2]>)> {
         let mut random = self.board.stream(Stream::Box);
-        let (mut hits, mut darts) = (0_u64, 0_u64);
+        let (mut hits, mut darts, mut look) = (0_u64, 0_u64, 0_u64);
         while self.discs.len() < wanted && (darts < 1000 || hits * DARTS_A_HIT > darts) {
             if darts >= 100_000 {
                 // Old darts count less and less, so that the share of hits is a recent one.
                 (hits, darts) = (hits / 2, darts / 2);
+            }
+            look += 1;
+            if look.is_multiple_of(DARTS_A_LOOK) && stop.load(Ordering::Relaxed) {
+                return None;
             }
             let at = place(&mut random, [0.0; 2], self.board.box_size);
             darts += 1;
@@ -59,7 +67,7 @@ impl Packing {
                 hits += 1;
             }
         }
-        (self.board, self.discs)
+        Some((self.board, self.discs))
     }
 
     /// Whether no disc is too near to this place.

@@ -14,6 +14,7 @@ mod cells;
 mod read;
 
 use crate::campaign::file::{Invalid, Problems, line_of};
+use crate::parameters::shown;
 use crate::study::calibrate::frames::read::trials;
 use std::path::PathBuf;
 
@@ -61,7 +62,7 @@ impl Trial {
 #[derive(Debug, thiserror::Error)]
 pub enum FramesError {
     /// The file could not be read.
-    #[error("cannot read the frames {}: {source}; check the path and its permissions", path.display())]
+    #[error("cannot read the frames {}: {source}; check the path and its permissions", shown(path))]
     Unreadable {
         /// The file.
         path: PathBuf,

@@ -41,6 +41,7 @@ use grid::{Block, Cell, Fate, Grid, MIDDLE, NOTHING, offset};
 use room::Room;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Discs that are being added.
 #[derive(Debug)]
@@ -71,16 +72,16 @@ impl Growth {
         [self.grid.board.cells, self.grid.across]
     }
 
-    /// The next discs, at most `wanted`, in the order in which they are added.
-    pub(super) fn grow(mut self, wanted: usize) -> Vec<[f64; 2]> {
+    /// The next discs, at most `wanted`, in the order in which they are added; `None` if `stop` is set meanwhile.
+    pub(super) fn grow(mut self, wanted: usize, stop: &AtomicBool) -> Option<Vec<[f64; 2]>> {
         let mut until = 1.0;
         // Once enough discs were added before some time, they are the next ones, because all others are added later.
-        while self.judge_until(until) && self.new_discs().count() < wanted {
+        while self.judge_until(until, stop)? && self.new_discs().count() < wanted {
             until *= 2.0;
         }
         let mut discs: Vec<&Cell> = self.new_discs().collect();
         discs.sort_by(|a, b| a.time.total_cmp(&b.time));
-        discs.iter().take(wanted).map(|cell| cell.at).collect()
+        Some(discs.iter().take(wanted).map(|cell| cell.at).collect())
     }
 
     /// All discs of a tile.
@@ -92,9 +93,16 @@ impl Growth {
         self.grid.settle(tile)
     }
 
-    /// Judges all darts up to a time. True if later darts still wait.
-    fn judge_until(&mut self, until: f64) -> bool {
-        (0..self.grid.across * self.grid.across).fold(false, |waiting, tile| waiting | self.judge_tile(tile, until))
+    /// Judges all darts up to a time. True if later darts still wait; `None` if `stop` is set meanwhile.
+    fn judge_until(&mut self, until: f64, stop: &AtomicBool) -> Option<bool> {
+        let mut waiting = false;
+        for tile in 0..self.grid.across * self.grid.across {
+            if stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            waiting |= self.judge_tile(tile, until);
+        }
+        Some(waiting)
     }
 
     /// All discs except those given at the start.

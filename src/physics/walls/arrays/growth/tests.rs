@@ -3,6 +3,7 @@
 use super::*;
 use crate::parameters::{Density, ObstacleField};
 use crate::physics::walls::arrays::board::{Stream, place};
+use std::sync::atomic::AtomicBool;
 
 /// Side of a box of two by two tiles, the last of which reach beyond it.
 const BOX: f64 = 23.0;
@@ -23,8 +24,11 @@ fn count(discs: &[[f64; 2]]) -> [f64; 2] {
     [discs.len() as f64, (0..discs.len()).map(close).sum::<usize>() as f64]
 }
 
+/// Nobody stops these.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 fn new_discs_until(time: f64, mut growth: Growth) -> Vec<[f64; 2]> {
-    growth.judge_until(time);
+    growth.judge_until(time, &NEVER);
     growth.new_discs().filter(|cell| cell.time <= time).map(|cell| cell.at).collect()
 }
 
@@ -65,8 +69,8 @@ fn at_any_time_there_are_the_discs_that_darts_thrown_one_by_one_leave() {
 fn the_next_discs_stand_between_those_given_earliest_first() {
     let given = thrown_until(1.0, 1);
     let early = new_discs_until(0.1, Growth::onto(board(1), &given));
-    let few = Growth::onto(board(1), &given).grow(early.len());
-    let all = Growth::onto(board(1), &given).grow(usize::MAX);
+    let few = Growth::onto(board(1), &given).grow(early.len(), &NEVER).unwrap();
+    let all = Growth::onto(board(1), &given).grow(usize::MAX, &NEVER).unwrap();
     assert!(early.len() > 5 && all.len() > 3 * early.len());
     assert_eq!(few, all[..early.len()]);
     assert!(early.iter().all(|disc| few.contains(disc)));
@@ -82,7 +86,7 @@ fn the_next_discs_stand_between_those_given_earliest_first() {
 fn a_tile_settles_alike_whatever_was_judged_before() {
     let tiles = |first: &[usize]| {
         let mut growth = Growth::new(board(4));
-        growth.judge_until(0.5 * first.len() as f64);
+        growth.judge_until(0.5 * first.len() as f64, &NEVER);
         first.iter().for_each(|&tile| drop(growth.settle(tile)));
         [0, 1, 2, 3].map(|tile| format!("{:?}", growth.settle(tile)))
     };

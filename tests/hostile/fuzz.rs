@@ -1,0 +1,375 @@
+//! Hostile stores by the thousand: rows, links, types, triggers, special files, lies in Parquet files and dumps. Every
+//! command runs on each of them, with a gigabyte of memory, and must end by itself and touch nothing else.
+//!
+//! Each store is made from its number alone. A few run with the other tests; these lines run many, or one of them:
+//!
+//! ```text
+//! MENISCUS_FUZZ_INPUTS=100000 cargo test --release --test hostile -- --nocapture hostile_stores
+//! MENISCUS_FUZZ_FROM=4711 MENISCUS_FUZZ_INPUTS=1 cargo test --release --test hostile -- --nocapture hostile_stores
+//! ```
+
+use super::dump::Dump;
+use super::mutate::{Random, mutate};
+use super::parquet_files::{Odd, odd_file};
+use super::sandbox::{CAMPAIGN, Sandbox, link, pipe, text};
+use rusqlite::Connection;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Memory that a command may take, in KB of address space.
+const MEMORY: u64 = 1_000_000;
+
+/// Seconds that a command may take.
+const SECONDS: u64 = 30;
+
+/// Values that no row of ours holds, as SQL.
+const VALUES: [&str; 24] = [
+    "NULL",
+    "''",
+    "-1",
+    "9223372036854775807",
+    "-9223372036854775808",
+    "1e308",
+    "-1e308",
+    "9e999",
+    "-0.0",
+    "1e-310",
+    "'../victim/bashrc'",
+    "'/etc/passwd'",
+    "'samples/0123456789abcdef0123.parquet'",
+    "'/dev/zero'",
+    "char(27) || ']52;c;eA==' || char(7) || char(10) || 'nothing is wrong'",
+    "x'00ff00ff'",
+    "zeroblob(100000)",
+    "hex(randomblob(5000))",
+    "'{\"model\":{}}'",
+    "'done'",
+    "'running'",
+    "'failed'",
+    "'file:x?mode=memory'",
+    "'=cmd()'",
+];
+
+/// Numbers that a point cannot have.
+const NUMBERS: [&str; 8] = ["0.0", "-1.0", "1e300", "1e-300", "1e9", "1000000000", "null", "20000.0"];
+
+/// What a stranger may plant in a schema.
+const PLANTED: [&str; 10] = [
+    "CREATE TRIGGER t AFTER UPDATE ON jobs BEGIN UPDATE outcomes SET r_end = 99; END",
+    "CREATE TRIGGER t AFTER INSERT ON provenance BEGIN DELETE FROM outcomes; END",
+    "CREATE TRIGGER t AFTER UPDATE ON jobs BEGIN INSERT INTO current WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT 2, count(*) FROM n; END",
+    "DROP VIEW runs; CREATE VIEW runs AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS job_id FROM n",
+    "CREATE VIEW samples AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) AS t FROM n",
+    "CREATE TABLE obstacles (x)",
+    "CREATE INDEX planted ON outcomes (length(hex(zeroblob(1000000))))",
+    "CREATE VIRTUAL TABLE planted USING fts5(x)",
+    "DROP TABLE campaigns",
+    "PRAGMA user_version = 99",
+];
+
+/// Names of entries of a store.
+const ENTRIES: [&str; 20] = [
+    "lock",
+    "readers",
+    "store.db",
+    "store.db-wal",
+    "store.db-shm",
+    "store.db-journal",
+    "store.db.seal",
+    "store.db.seal.tmp",
+    "store.db.new.tmp",
+    "store.db.backup.tmp",
+    "store.db.schema-6",
+    "samples",
+    "aside",
+    "checkpoints",
+    "dumps",
+    "quarantine",
+    "forgetting",
+    "rescue.tmp",
+    "aside/batch.tmp",
+    "samples/0123456789abcdef0123.parquet",
+];
+
+/// What a hostile store is made from.
+struct Corpus {
+    sandbox: Sandbox,
+    /// The sound store.
+    store: PathBuf,
+    job: String,
+    odd: Vec<Vec<u8>>,
+    dump: Vec<u8>,
+}
+
+impl Corpus {
+    fn new() -> Self {
+        let sandbox = Sandbox::new();
+        sandbox.sql(
+            "UPDATE jobs SET state = 'pending' WHERE key = 2; DELETE FROM outcomes WHERE job = 2;
+             DELETE FROM clogs WHERE job = 2; DELETE FROM sample_index WHERE job = 2; DELETE FROM shape_rows WHERE job = 2",
+        );
+        let (store, job) = (sandbox.path().join("sound"), sandbox.a_job());
+        std::fs::rename(sandbox.store(), &store).unwrap();
+        let sample = std::fs::read_dir(store.join("samples")).unwrap().next().unwrap().unwrap().path();
+        let sound = std::fs::read(sample).unwrap();
+        let cheap = Odd::ALL.into_iter().filter(|odd| !matches!(odd, Odd::AlternatingIds | Odd::LargePage));
+        let odd = cheap.map(|odd| odd_file(odd, &sound)).collect();
+        let dump = Dump::new().failed_with("unstable");
+        Self { store, job, odd, dump: std::fs::read(dump.path()).unwrap(), sandbox }
+    }
+}
+
+/// A folder of one worker, with a store and sentinels.
+struct Place<'a> {
+    corpus: &'a Corpus,
+    folder: PathBuf,
+}
+
+impl Place<'_> {
+    fn store(&self) -> PathBuf {
+        self.folder.join("store")
+    }
+
+    fn victim(&self, random: &mut Random) -> PathBuf {
+        let names = ["victim/bashrc", "victim", "victim/folder", "victim/notes.parquet", "victim/nothing"];
+        self.folder.join(names[random.below(names.len())])
+    }
+
+    /// Makes a sound store and untouched sentinels.
+    fn make(&self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+        std::fs::create_dir_all(self.folder.join("out")).unwrap();
+        copy(&self.corpus.store, &self.store());
+        copy(&self.corpus.sandbox.victim(""), &self.folder.join("victim"));
+        std::fs::write(self.folder.join("letter.toml"), CAMPAIGN).unwrap();
+    }
+
+    /// Changes one thing.
+    fn spoil(&self, random: &mut Random) {
+        let store = self.store();
+        match random.below(9) {
+            0 | 1 => self.spoil_rows(random),
+            2 => self.sql(PLANTED[random.below(PLANTED.len())]),
+            3 => {
+                let entry = store.join(ENTRIES[random.below(ENTRIES.len())]);
+                remove(&entry);
+                match random.below(4) {
+                    0 => pipe(&entry),
+                    1 => drop(std::fs::create_dir(&entry)),
+                    2 => link(Path::new("/dev/zero"), &entry),
+                    _ => link(&self.victim(random), &entry),
+                }
+            }
+            4 => self.spoil_point(random),
+            5 => self.spoil_sample(random),
+            6 => self.spoil_dump(random),
+            7 => {
+                let names = ["store.db", "store.db.seal", "lock", "store.db-journal", "store.db-wal"];
+                let path = store.join(names[random.below(names.len())]);
+                let mut bytes = std::fs::read(&path).unwrap_or_else(|_| random.noise(600));
+                mutate(&mut bytes, random);
+                let _ = std::fs::write(&path, bytes);
+            }
+            _ => {
+                let name = self.victim(random).display().to_string();
+                let mut bytes = vec![0; 512];
+                bytes[..8].copy_from_slice(&[0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7]);
+                bytes.extend(name.as_bytes());
+                bytes.extend((name.len() as u32).to_be_bytes());
+                bytes.extend(name.bytes().map(u32::from).sum::<u32>().to_be_bytes());
+                bytes.extend([0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7]);
+                let _ = std::fs::write(store.join("store.db-journal"), bytes);
+            }
+        }
+    }
+
+    /// Runs SQL as somebody else's program would; what the database refuses is not done.
+    fn sql(&self, sql: &str) {
+        let path = self.store().join("store.db");
+        if path.symlink_metadata().is_ok_and(|entry| entry.is_file())
+            && let Ok(conn) = Connection::open(path)
+        {
+            let _ = conn.execute_batch("PRAGMA foreign_keys = off; PRAGMA ignore_check_constraints = on");
+            let _ = conn.execute_batch(sql);
+        }
+        remove(&self.store().join("store.db.seal"));
+    }
+
+    fn spoil_rows(&self, random: &mut Random) {
+        let path = self.store().join("store.db");
+        let columns = || -> rusqlite::Result<Vec<(String, String)>> {
+            let conn = Connection::open(&path)?;
+            let mut statement = conn.prepare(
+                "SELECT m.name, c.name FROM sqlite_master AS m JOIN pragma_table_info(m.name) AS c WHERE m.type = 'table'",
+            )?;
+            statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
+        };
+        let is_file = path.symlink_metadata().is_ok_and(|entry| entry.is_file());
+        let columns = if is_file { columns().unwrap_or_default() } else { Vec::new() };
+        if !columns.is_empty() {
+            let (table, column) = &columns[random.below(columns.len())];
+            let value = VALUES[random.below(VALUES.len())];
+            self.sql(&format!(
+                "UPDATE OR REPLACE {table} SET {column} = {value} WHERE rowid % {} = 0",
+                1 + random.below(3)
+            ));
+        }
+    }
+
+    /// Puts a number that no campaign can ask for into the points, and sometimes the ids that belong to it.
+    fn spoil_point(&self, random: &mut Random) {
+        let key = ["box_size", "sigma_ob", "w_ob", "dt", "t_max", "n_vertices", "v_t", "sample_every", "e_w", "gamma"];
+        let (key, number) = (key[random.below(key.len())], NUMBERS[random.below(NUMBERS.len())]);
+        // From the key to the next comma or brace.
+        self.sql(&format!(
+            "UPDATE points SET spec = substr(spec, 1, instr(spec, '\"{key}\":') + {skip}) || '{number}' ||
+                 ltrim(substr(spec, instr(spec, '\"{key}\":') + {skip} + 1), '0123456789.e-')
+             WHERE instr(spec, '\"{key}\":') > 0",
+            skip = key.len() + 2
+        ));
+    }
+
+    fn spoil_sample(&self, random: &mut Random) {
+        let folder = self.store().join("samples");
+        let Some(Ok(file)) = std::fs::read_dir(folder).ok().and_then(|mut files| files.next()) else { return };
+        let path = file.path();
+        let Ok(mut bytes) = std::fs::read(&path) else { return };
+        match random.below(3) {
+            0 => bytes = self.corpus.odd[random.below(self.corpus.odd.len())].clone(),
+            _ => mutate(&mut bytes, random),
+        }
+        let _ = std::fs::write(&path, &bytes);
+        let checksum = blake3::hash(&bytes).to_hex();
+        self.sql(&format!("UPDATE sample_files SET checksum = '{checksum}', bytes = {}", bytes.len()));
+    }
+
+    /// Puts a dump or a checkpoint with a right checksum, but with other bytes, where the job has its own.
+    fn spoil_dump(&self, random: &mut Random) {
+        let mut body = self.corpus.dump[40..].to_vec();
+        mutate(&mut body, random);
+        let bytes = [&self.corpus.dump[..8], blake3::hash(&body).as_bytes().as_slice(), &body].concat();
+        let folder = ["dumps", "checkpoints"][random.below(2)];
+        let _ = std::fs::write(self.store().join(format!("{folder}/{}.ckpt", self.corpus.job)), bytes);
+        if random.below(2) == 0 {
+            self.sql("UPDATE jobs SET state = 'pending'; DELETE FROM outcomes");
+        }
+    }
+
+    /// Runs every command, and says what went wrong.
+    fn attack(&self) -> Result<(), String> {
+        let program = std::env::var("MENISCUS").unwrap_or_else(|_| env!("CARGO_BIN_EXE_meniscus").to_owned());
+        let job = &self.corpus.job;
+        let script = format!(
+            r#"
+ulimit -v {MEMORY}
+m() {{ timeout -s KILL {SECONDS} "{program}" "$@" >> out/said 2>&1 < /dev/null; code=$?
+      case $code in 0|1|2|3) ;; *) echo "$code: $*"; tail -c 2000 out/said; exit 9 ;; esac }}
+m status store
+m status store --json
+m query store 'select * from runs'
+m query store 'select count(*), max(t), min(shape) from samples' --format csv
+m query store 'select seed, max(t) from all_runs join samples using (job_id) group by 1' --format json
+m query store 'select count(*) from outline join obstacles using (job_id)'
+m render store
+m render store {job} -o out/droplet.svg
+m render store {job} --path -o out/path.svg
+m plan letter.toml --store store
+m replay store/dumps/{job}.ckpt
+m forget store letter
+m check store
+m export store out/tables
+m fit store
+m run letter.toml --store store --threads 2
+m check store --repair
+m run letter.toml --store store --threads 2
+m forget store letter --yes
+"#
+        );
+        let output = Command::new("bash").args(["-c", &script]).current_dir(&self.folder).output().unwrap();
+        if output.status.code() != Some(0) {
+            return Err(format!("{}\n{}", output.status, text(&output)));
+        }
+        let said = std::fs::read_to_string(self.folder.join("out/said")).unwrap_or_default();
+        if said.contains("panicked at") || said.chars().any(|c| c.is_control() && c != '\n' && c != '\t') {
+            return Err(format!("a panic, or characters that a terminal obeys:\n{said}"));
+        }
+        match same(&self.corpus.sandbox.victim(""), &self.folder.join("victim")) {
+            true => Ok(()),
+            false => Err("a sentinel was touched".to_owned()),
+        }
+    }
+}
+
+fn remove(path: &Path) {
+    let _ = std::fs::remove_file(path);
+    if path.symlink_metadata().is_ok_and(|entry| entry.is_dir()) {
+        let _ = std::fs::remove_dir_all(path);
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &target)
+        } else {
+            drop(std::fs::copy(entry.path(), target).unwrap())
+        }
+    }
+}
+
+/// Whether two folders hold the same.
+fn same(a: &Path, b: &Path) -> bool {
+    let names = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut names: Vec<_> = entries.map(|entry| (entry.file_name(), entry.file_type().ok())).collect();
+        names.sort_by(|a, b| a.0.cmp(&b.0));
+        names
+    };
+    let all = names(a);
+    all == names(b)
+        && all.iter().all(|(name, kind)| match kind {
+            Some(kind) if kind.is_dir() => same(&a.join(name), &b.join(name)),
+            _ => std::fs::read(a.join(name)).ok() == std::fs::read(b.join(name)).ok(),
+        })
+}
+
+#[test]
+fn hostile_stores_touch_nothing_outside_and_end_in_words() {
+    let number = |name| std::env::var(name).ok().map(|text| text.parse::<u64>().unwrap());
+    let (from, inputs) = (number("MENISCUS_FUZZ_FROM").unwrap_or(0), number("MENISCUS_FUZZ_INPUTS").unwrap_or(60));
+    let corpus = Corpus::new();
+    let (next, begin) = (AtomicU64::new(from), Instant::now());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let work = |worker: usize| {
+        let place = Place { corpus: &corpus, folder: corpus.sandbox.path().join(format!("place-{worker}")) };
+        let mut slowest = (Duration::ZERO, 0);
+        let mut wrong = Vec::new();
+        loop {
+            let input = next.fetch_add(1, Ordering::Relaxed);
+            if input >= from + inputs {
+                return (slowest, wrong);
+            }
+            let (mut random, start) = (Random::new(input), Instant::now());
+            place.make();
+            (0..=random.below(3)).for_each(|_| place.spoil(&mut random));
+            if let Err(problem) = place.attack() {
+                println!("store {input}: {problem}");
+                wrong.push(input);
+            }
+            slowest = slowest.max((start.elapsed(), input));
+        }
+    };
+    let found: Vec<_> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|worker| scope.spawn(move || work(worker))).collect();
+        workers.into_iter().map(|worker| worker.join().unwrap()).collect()
+    });
+    let slowest = found.iter().map(|(slowest, _)| *slowest).max();
+    println!("{inputs} hostile stores in {:.1?} on {threads} threads, slowest {slowest:?}", begin.elapsed());
+    let wrong: Vec<u64> = found.into_iter().flat_map(|(_, wrong)| wrong).collect();
+    assert!(wrong.is_empty(), "stores {wrong:?}; run one alone with MENISCUS_FUZZ_FROM and MENISCUS_FUZZ_INPUTS=1");
+}
