@@ -2,6 +2,7 @@
 
 use crate::cli::talk::{print, say, typed};
 use crate::cli::{CommandResult, Exit, whole_store};
+use crate::parameters::plain;
 use crate::store::{Forgotten, forget, forgettable};
 use std::path::{Path, PathBuf};
 
@@ -47,7 +48,7 @@ impl Arguments {
 fn described(forgotten: &Forgotten, dir: &Path, now: bool) -> String {
     let Forgotten { campaign, texts, jobs, handed_over, points, fits, files, files_rewritten, unread } = forgotten;
     let mut text = String::new();
-    let mut line = |words: String| text.extend([words.as_str(), "\n"]);
+    let mut line = |words: String| text.extend([&*plain(&words), "\n"]);
     let texts = if *texts > 1 { format!(" with its {texts} texts") } else { String::new() };
     let go = if now { "goes" } else { "would go" };
     let states = [(jobs.done, "done"), (jobs.failed, "failed"), (jobs.running, "running"), (jobs.pending, "pending")];

@@ -88,7 +88,7 @@ impl Arguments {
         let outlines = store::outlines(&self.store, id)?;
         let Some(last) = outlines.last() else {
             let reason = story.error.unwrap_or_else(|| "it was computed by a version that kept none".to_owned());
-            return Err(format!("job {id} has no outline to draw: {reason}").into());
+            return Err(format!("job {id} has no outline to draw: {}", plain(&reason)).into());
         };
         if kind == Kind::Gif && outlines.len() < 2 {
             return Err(format!(

@@ -84,9 +84,9 @@ struct WithTimeLeft<'a> {
 /// The status in words.
 fn describe(status: &Status, time_left: Option<Duration>) -> String {
     let mut text = String::new();
-    let mut line = |words: String| text.extend([words.as_str(), "\n"]);
+    let mut line = |words: String| text.extend([&*plain(&words), "\n"]);
     for campaign in &status.campaigns {
-        line(format!("{}: {}", plain(&campaign.campaign), counts(&campaign.counts)));
+        line(format!("{}: {}", campaign.campaign, counts(&campaign.counts)));
     }
     if status.campaigns.len() != 1 {
         line(format!("all: {}", counts(&status.total)));
@@ -96,8 +96,7 @@ fn describe(status: &Status, time_left: Option<Duration>) -> String {
         line(format!("{} jobs of another physics version, kept in the view stale_runs", status.stale));
     }
     for failure in &status.failures {
-        let [class, job, reason] = [&failure.class, &failure.example_job, &failure.example].map(|text| plain(text));
-        line(format!("{} {class}, such as {job}: {reason}", failure.jobs));
+        line(format!("{} {}, such as {}: {}", failure.jobs, failure.class, failure.example_job, failure.example));
     }
     match (&status.holder, &status.run) {
         (Some(holder), run) => {

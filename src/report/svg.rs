@@ -1,5 +1,7 @@
 //! The few SVG elements that pictures are made of, as strings; coordinates are pixels, to a hundredth.
 
+use crate::parameters::plain;
+
 /// A coordinate: at most two decimals, none that are zero.
 pub(super) fn px(value: f64) -> String {
     let text = format!("{value:.2}");
@@ -68,9 +70,9 @@ pub(super) fn plot(size: [f64; 2], content: &str) -> String {
     )
 }
 
-/// Text with the characters escaped that mean something in XML.
+/// Text with the characters escaped that mean something in XML, or that XML forbids.
 pub(super) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    plain(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]
@@ -80,7 +82,7 @@ mod tests {
     #[test]
     fn coordinates_are_short_and_text_is_escaped() {
         assert_eq!([px(1.0), px(-0.001), px(2.345_6), px(120.0)], ["1", "0", "2.35", "120"]);
-        assert_eq!(escape("a<b & \"c\""), "a&lt;b &amp; &quot;c&quot;");
+        assert_eq!(escape("a<b & \"c\"\u{1b}"), "a&lt;b &amp; &quot;c&quot;\\u{1b}");
         assert_eq!(arrow([1.0, 1.0], [1.0, 1.0], 1.0, 1.0, "red"), "");
     }
 }

@@ -22,6 +22,9 @@ use std::path::{Path, PathBuf};
 /// The folders in a store.
 const FOLDERS: [&str; 7] = ["samples", "aside", "checkpoints", "dumps", "quarantine", "forgetting", "rescue.tmp"];
 
+/// The sample file that is being written.
+pub(super) const HALF: &str = "aside/batch.tmp";
+
 /// Refuses a store in which something else stands where a file or a folder of ours belongs: the database and all that
 /// begins with its name, the two locks, the folders.
 ///
@@ -47,7 +50,12 @@ pub(super) fn refuse_foreign(dir: &Path) -> Result<(), StoreError> {
             return Err(StoreError::ForeignEntry { path: entry.path(), found, wanted });
         }
     }
-    Ok(())
+    // What is to be replaced may be a link, which is then removed, but no folder.
+    let path = dir.join(HALF);
+    match path.symlink_metadata() {
+        Ok(entry) if entry.is_dir() => Err(StoreError::ForeignEntry { path, found: "a folder", wanted: "a file" }),
+        _ => Ok(()),
+    }
 }
 
 /// What an entry of a folder is, in words.

@@ -48,7 +48,7 @@ pub enum StoreError {
         holder: Holder,
     },
     /// No campaign of the store has this name or id.
-    #[error("{} has no campaign `{asked}`; it has {known}", typed(dir))]
+    #[error("{} has no campaign `{}`; it has {known}", typed(dir), plain(asked))]
     NoCampaign {
         /// Folder of the store.
         dir: PathBuf,
@@ -200,7 +200,8 @@ fn without(path: &Path, found: &str) -> String {
         "a symbolic link" => " (to keep a store elsewhere, move the whole folder and name it with --store)",
         _ => "",
     };
-    format!("`rm {}` takes it out{more}", typed(path))
+    let remove = if found == "a folder" { "rm -r" } else { "rm" };
+    format!("`{remove} {}` takes it out{more}", typed(path))
 }
 
 /// The command that repairs the store to which a file belongs.

@@ -90,6 +90,9 @@ mod every_fault;
 #[cfg(test)]
 #[path = "../../tests/store/full_disk.rs"]
 mod full_disk;
+#[cfg(test)]
+#[path = "../../tests/store/paths.rs"]
+mod paths;
 
 pub use check::{CheckReport, Finding, check, repair};
 pub use deadline::Deadline;

@@ -69,7 +69,7 @@ fn computed(text: &str) -> TinyCampaign {
 
 impl TinyCampaign {
     /// A run: opens, registers, sends what is still to do (at most `most`), closes.
-    fn run(&self, dir: &Path, most: usize) -> Result<(), StoreError> {
+    pub(in crate::store) fn run(&self, dir: &Path, most: usize) -> Result<(), StoreError> {
         let mut store = Store::open(dir)?;
         let points: Vec<_> = PlannedPoint::all(&self.campaign).collect();
         let record = CampaignRecord { name: &self.campaign.name, text: &self.campaign.text };

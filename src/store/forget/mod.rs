@@ -23,6 +23,7 @@ mod copy;
 mod division;
 mod removal;
 
+use crate::parameters::plain;
 use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::forget::division::Division;
@@ -130,7 +131,8 @@ fn known(texts: &[StoredText]) -> String {
             None => ids.push((name, vec![id])),
         }
     }
-    let named: Vec<String> = ids.iter().map(|(name, ids)| format!("`{name}` (id {})", ids.join(", "))).collect();
+    let named: Vec<String> =
+        ids.iter().map(|(name, ids)| format!("`{}` (id {})", plain(name), plain(&ids.join(", ")))).collect();
     if named.is_empty() { "none".to_owned() } else { named.join(", ") }
 }
 

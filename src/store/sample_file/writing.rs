@@ -7,7 +7,7 @@ use crate::store::error::StoreError;
 use crate::store::folders::{aside_dir, samples_dir};
 use crate::store::sample_file::{CHUNK_ROWS, COLUMNS, GROUP_ROWS, PAGE_ROWS, SCHEMA_VERSION, SampleFile, schema};
 use crate::store::schema::columns::{self, Kind};
-use crate::store::{aside, disk};
+use crate::store::{aside, disk, entries};
 use arrow_array::types::Int32Type;
 use arrow_array::{ArrayRef, DictionaryArray, Float64Array, Int32Array, RecordBatch, StringArray};
 use parquet::arrow::ArrowWriter;
@@ -86,7 +86,7 @@ pub(in crate::store) fn write_aside(
 
 /// There is one writer, so one half-written file: the next attempt replaces it, or the next opening removes it.
 fn half(dir: &Path) -> PathBuf {
-    aside_dir(dir).join("batch.tmp")
+    dir.join(entries::HALF)
 }
 
 /// Writes a new file whose bytes are safely on disk, but which has no name of its own yet.

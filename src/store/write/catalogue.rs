@@ -79,11 +79,17 @@ pub(in crate::store) fn jobs_of(conn: &Connection, file: i64) -> rusqlite::Resul
     jobs?.collect()
 }
 
-/// Adds a file to the catalogue; returns its key.
+/// Adds a file to the catalogue; returns its key. A file is named by the hash of its bytes, so one that is listed already
+/// is the same: jobs that were computed again, alone, write it again.
 pub(super) fn add(conn: &Connection, file: &SampleFile) -> rusqlite::Result<i64> {
     let mut add = conn.prepare_cached(
-        "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)",
+        "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)
+         ON CONFLICT (path) DO UPDATE SET
+             rows = excluded.rows, bytes = excluded.bytes, checksum = excluded.checksum,
+             schema_version = excluded.schema_version
+         RETURNING key",
     )?;
-    add.execute(params![file.name, file.rows as i64, file.bytes as i64, file.checksum, SCHEMA_VERSION])?;
-    Ok(conn.last_insert_rowid())
+    add.query_row(params![file.name, file.rows as i64, file.bytes as i64, file.checksum, SCHEMA_VERSION], |row| {
+        row.get(0)
+    })
 }
