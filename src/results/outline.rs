@@ -50,14 +50,17 @@ pub struct LoadRecord {
 const WIDEST: f64 = 1e3;
 const FURTHEST: f64 = 1e9;
 
+/// Most vertices of a ring.
+const MOST_VERTICES: usize = 4096;
+
 impl Outline {
     /// Whether there is a vertex, every x has its y, all numbers are finite, and the droplet is one: no further from the
-    /// origin than 1e9 sigma, and no wider than 1000.
+    /// origin than 1e9 sigma, no wider than 1000, and of no more vertices than any ring.
     pub fn is_sound(&self) -> bool {
         let [x0, x1, y0, y1] = self.bounds();
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         self.x.len() == self.y.len()
-            && !self.x.is_empty()
+            && (1..=MOST_VERTICES).contains(&self.x.len())
             && self.t.is_finite()
             && finite(&self.x)
             && finite(&self.y)

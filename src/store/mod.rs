@@ -69,6 +69,7 @@ mod folders;
 mod holder;
 mod lock;
 mod quarantine;
+mod quiet;
 mod sample_file;
 mod seal;
 mod typed;

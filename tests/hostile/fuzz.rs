@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! MENISCUS_FUZZ_INPUTS=100000 cargo test --release --test hostile -- --nocapture hostile_stores
-//! MENISCUS_FUZZ_FROM=4711 MENISCUS_FUZZ_INPUTS=1 cargo test --release --test hostile -- --nocapture hostile_stores
+//! MENISCUS_FUZZ_KEEP=1 MENISCUS_FUZZ_FROM=4711 MENISCUS_FUZZ_INPUTS=1 cargo test --release --test hostile -- --nocapture hostile_stores
 //! ```
 
 use super::dump::Dump;
@@ -149,11 +149,18 @@ impl Place<'_> {
     /// Changes one thing.
     fn spoil(&self, random: &mut Random) {
         let store = self.store();
-        match random.below(9) {
+        let kind = random.below(9);
+        if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+            println!("change of kind {kind}");
+        }
+        match kind {
             0 | 1 => self.spoil_rows(random),
             2 => self.sql(PLANTED[random.below(PLANTED.len())]),
             3 => {
                 let entry = store.join(ENTRIES[random.below(ENTRIES.len())]);
+                if !entry.parent().is_some_and(|folder| folder.symlink_metadata().is_ok_and(|entry| entry.is_dir())) {
+                    return;
+                }
                 remove(&entry);
                 match random.below(4) {
                     0 => pipe(&entry),
@@ -170,6 +177,8 @@ impl Place<'_> {
                 let path = store.join(names[random.below(names.len())]);
                 let mut bytes = std::fs::read(&path).unwrap_or_else(|_| random.noise(600));
                 mutate(&mut bytes, random);
+                // Not through a link.
+                remove(&path);
                 let _ = std::fs::write(&path, bytes);
             }
             _ => {
@@ -180,6 +189,7 @@ impl Place<'_> {
                 bytes.extend((name.len() as u32).to_be_bytes());
                 bytes.extend(name.bytes().map(u32::from).sum::<u32>().to_be_bytes());
                 bytes.extend([0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7]);
+                remove(&store.join("store.db-journal"));
                 let _ = std::fs::write(store.join("store.db-journal"), bytes);
             }
         }
@@ -187,6 +197,9 @@ impl Place<'_> {
 
     /// Runs SQL as somebody else's program would; what the database refuses is not done.
     fn sql(&self, sql: &str) {
+        if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+            println!("{sql}");
+        }
         let path = self.store().join("store.db");
         if path.symlink_metadata().is_ok_and(|entry| entry.is_file())
             && let Ok(conn) = Connection::open(path)
@@ -233,8 +246,14 @@ impl Place<'_> {
 
     fn spoil_sample(&self, random: &mut Random) {
         let folder = self.store().join("samples");
+        if !folder.symlink_metadata().is_ok_and(|entry| entry.is_dir()) {
+            return;
+        }
         let Some(Ok(file)) = std::fs::read_dir(folder).ok().and_then(|mut files| files.next()) else { return };
         let path = file.path();
+        if !path.symlink_metadata().is_ok_and(|entry| entry.is_file()) {
+            return;
+        }
         let Ok(mut bytes) = std::fs::read(&path) else { return };
         match random.below(3) {
             0 => bytes = self.corpus.odd[random.below(self.corpus.odd.len())].clone(),
@@ -251,7 +270,11 @@ impl Place<'_> {
         mutate(&mut body, random);
         let bytes = [&self.corpus.dump[..8], blake3::hash(&body).as_bytes().as_slice(), &body].concat();
         let folder = ["dumps", "checkpoints"][random.below(2)];
-        let _ = std::fs::write(self.store().join(format!("{folder}/{}.ckpt", self.corpus.job)), bytes);
+        let path = self.store().join(format!("{folder}/{}.ckpt", self.corpus.job));
+        remove(&path);
+        if path.parent().is_some_and(|folder| folder.symlink_metadata().is_ok_and(|entry| entry.is_dir())) {
+            let _ = std::fs::write(path, bytes);
+        }
         if random.below(2) == 0 {
             self.sql("UPDATE jobs SET state = 'pending'; DELETE FROM outcomes");
         }
@@ -264,6 +287,7 @@ impl Place<'_> {
         let script = format!(
             r#"
 ulimit -v {MEMORY}
+export RUST_BACKTRACE=0
 m() {{ timeout -s KILL {SECONDS} "{program}" "$@" >> out/said 2>&1 < /dev/null; code=$?
       case $code in 0|1|2|3) ;; *) echo "$code: $*"; tail -c 2000 out/said; exit 9 ;; esac }}
 m status store
@@ -370,6 +394,10 @@ fn hostile_stores_touch_nothing_outside_and_end_in_words() {
     });
     let slowest = found.iter().map(|(slowest, _)| *slowest).max();
     println!("{inputs} hostile stores in {:.1?} on {threads} threads, slowest {slowest:?}", begin.elapsed());
+    if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+        println!("kept: {}", corpus.sandbox.path().display());
+        std::mem::forget(corpus);
+    }
     let wrong: Vec<u64> = found.into_iter().flat_map(|(_, wrong)| wrong).collect();
     assert!(wrong.is_empty(), "stores {wrong:?}; run one alone with MENISCUS_FUZZ_FROM and MENISCUS_FUZZ_INPUTS=1");
 }

@@ -169,9 +169,13 @@ struct JobCursor {
 }
 
 impl JobCursor {
-    /// Works out the rows of `job_id`.
+    /// Works out the rows of `job_id`, unless they are there from the look before: a join asks for the same job again for
+    /// every row on its other side.
     fn show(&mut self, job_id: String) -> Result<()> {
         self.row = 0;
+        if self.job_id == job_id {
+            return Ok(());
+        }
         self.rows = self.source.jobs.ask(|conn| (self.source.rows_of)(conn, &job_id))?;
         self.job_id = job_id;
         Ok(())
@@ -192,7 +196,7 @@ impl JobCursor {
 
 unsafe impl VTabCursor for JobCursor {
     fn filter(&mut self, by_job: c_int, _: Option<&str>, args: &Filters<'_>) -> Result<()> {
-        (self.rows, self.row, self.row_id) = (Vec::new(), 0, 0);
+        (self.row, self.row_id) = (self.rows.len(), 0);
         self.scanned = (by_job == 0).then_some(i64::MIN);
         if by_job == 0 {
             return self.load();

@@ -3,6 +3,7 @@
 use crate::store::aside;
 use crate::store::entries::SampleName;
 use crate::store::error::StoreError;
+use crate::store::quiet::quietly;
 use crate::store::sample_file::{CHUNK_ROWS, COLUMNS, opening};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type};
@@ -14,7 +15,6 @@ use parquet::arrow::arrow_reader::{
 };
 use parquet::errors::ParquetError;
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Compares the bytes of a sample file of the store in `dir` with its checksum in the catalogue.
@@ -146,8 +146,7 @@ fn is_sound(batch: &RecordBatch) -> bool {
 
 /// Asks the Parquet library about a file whose bytes may be anybody's. A panic of the library is an error too.
 fn guarded<T>(path: &Path, ask: impl FnOnce() -> parquet::errors::Result<T>) -> Result<T, StoreError> {
-    let answer = catch_unwind(AssertUnwindSafe(ask));
-    let answer = answer.unwrap_or_else(|_| Err(ParquetError::General("it is no sound Parquet file".to_owned())));
+    let answer = quietly(ask).unwrap_or_else(|| Err(ParquetError::General("it is no sound Parquet file".to_owned())));
     answer.map_err(StoreError::parquet(path))
 }
 

@@ -45,9 +45,9 @@ impl Hurry {
     }
 }
 
-/// The pause after a failed attempt that came after `attempts` others; `None` to give up.
+/// The pause after a failed attempt that came after `attempts` others; `None` to give up, at once if the store is damaged.
 pub(super) fn pause(error: &StoreError, attempts: usize, pauses: &[Duration], hurry: &Hurry) -> Option<Duration> {
-    if hurry.is_now() && attempts + 1 >= LAST_ATTEMPTS {
+    if is_damaged(error) || (hurry.is_now() && attempts + 1 >= LAST_ATTEMPTS) {
         return None;
     }
     if is_full(error) {
@@ -55,6 +55,18 @@ pub(super) fn pause(error: &StoreError, attempts: usize, pauses: &[Duration], hu
         return Some(pause.map_or(LONGEST_PAUSE, |&pause| pause.min(LONGEST_PAUSE)));
     }
     pauses.get(attempts).copied()
+}
+
+/// Whether the store itself is damaged, which no waiting mends.
+fn is_damaged(error: &StoreError) -> bool {
+    use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+    match error {
+        StoreError::Damaged { .. } | StoreError::ForeignEntry { .. } => true,
+        StoreError::Sql { source, .. } => {
+            matches!(source.sqlite_error_code(), Some(DatabaseCorrupt | NotADatabase))
+        }
+        _ => false,
+    }
 }
 
 /// Whether the disk, or what one may use of it, is full.
