@@ -55,6 +55,8 @@ pub struct Trajectory {
     pub steps: u64,
     /// The clog, if the run ended in one.
     pub clog: Option<Clog>,
+    /// The equilibrium that lies ahead, if the simulated time ran out just before it.
+    pub arrest: Option<Arrest>,
     /// Recorded time series.
     pub samples: Samples,
     /// Kept outlines, by time; the last one is that at the end.
@@ -80,6 +82,22 @@ pub struct Clog {
     pub contacts: u32,
     /// How the clog holds; `None` if nothing pushes against gravity.
     pub mechanism: Option<Mechanism>,
+}
+
+/// The equilibrium of a droplet that was arrested when its simulated time ran out: at rest, or nearly so, but not yet
+/// below the threshold of a clog.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrest {
+    /// Displacement of the equilibrium along +x, in sigma.
+    pub r: f64,
+    /// Its unwrapped centroid, x.
+    pub x: f64,
+    /// Its unwrapped centroid, y.
+    pub y: f64,
+    /// The way that the centroid had left to it, in sigma.
+    pub way_left: f64,
+    /// The energy that the droplet had left to lose, in M g sigma.
+    pub energy_left: f64,
 }
 
 /// How a clog holds.

@@ -198,6 +198,7 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     let fit = LambdaFit {
         runs: 3,
         clogs: 1,
+        arrested: 0,
         lambda: Some(24.0),
         lambda_low: Some(12.0),
         lambda_high: None,

@@ -1,9 +1,10 @@
 //! From a job to its trajectory: `start` the droplet, `drive` it from check to check by the `timetable`, `judge` and
-//! `record` it at each check.
+//! `record` it at each check. A droplet that its time limit cuts off may be at rest already: `arrest` finds out.
 //!
 //! A caller needs only [`simulate`], or [`go_on`] with [`Snapshot`] and [`Keeper`] for a trajectory that may be stopped
 //! and taken up again. [`stability`] tells the largest stable step before a job starts, [`mechanism`] how a clog holds.
 
+mod arrest;
 mod drive;
 mod judge;
 pub mod mechanism;

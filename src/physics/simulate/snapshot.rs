@@ -2,7 +2,8 @@
 
 use crate::parameters::Point;
 use crate::physics::motion::MotionState;
-use crate::physics::simulate::{record::Recorder, timetable::Timetable};
+use crate::physics::simulate::record::{Recorded, Recorder};
+use crate::physics::simulate::timetable::Timetable;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +19,31 @@ pub(super) struct Course {
     pub(super) lowest_energy: f64,
     pub(super) outline: Outline,
     pub(super) recorder: Recorder,
+}
+
+/// How far a trajectory had come at a check, without what was recorded until then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    step: u64,
+    checks: u64,
+    has_moved: bool,
+    was_below: bool,
+    lowest_energy: f64,
+    recorded: Recorded,
+}
+
+impl Course {
+    pub(super) fn mark(&self) -> Mark {
+        let Self { step, checks, has_moved, was_below, lowest_energy, .. } = *self;
+        Mark { step, checks, has_moved, was_below, lowest_energy, recorded: self.recorder.recorded() }
+    }
+
+    /// Puts the course back to the check at which it had this mark and this outline.
+    pub(super) fn rewind(self, mark: Mark, outline: Outline) -> Self {
+        let Mark { step, checks, has_moved, was_below, lowest_energy, recorded } = mark;
+        let recorder = self.recorder.rewind(recorded);
+        Self { step, checks, has_moved, was_below, lowest_energy, outline, recorder }
+    }
 }
 
 /// A trajectory at one of its checks, ready to be saved.

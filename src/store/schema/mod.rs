@@ -32,6 +32,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0004_files.sql"),
     include_str!("../../../migrations/0005_columns.sql"),
     include_str!("../../../migrations/0006_dynamics.sql"),
+    include_str!("../../../migrations/0007_arrests.sql"),
 ];
 
 /// The latest schema of this program.

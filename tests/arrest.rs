@@ -1,0 +1,159 @@
+//! A droplet that is at rest when its time runs out is told from one that flows.
+//!
+//! Runs are computed twice: to the end that the full rule gives them, and cut off at many instants by t_max. After the
+//! arrest a cut run must count as arrested where the whole run clogs. Before it, or in a run that never clogs, it must
+//! not be arrested anywhere else.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+#[path = "common/single.rs"]
+mod single;
+
+use meniscus::parameters::Job;
+use meniscus::physics::simd::best_instruction_set;
+use meniscus::physics::simulate::{Context, Keeper, NoKeeper, RunEnded, Snapshot, go_on};
+use meniscus::physics::walls::arrays::library::ArrayLibrary;
+use meniscus::results::trajectory::{Arrest, Outcome, Trajectory};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+const ARRAY: &str = "scene = \"obstacles\"\nsigma_ob = 0.3\nw_ob = 0.2\nbox_size = 40.0\ndensity = 1.0\n\
+                     sample_every = 1.0\nlimits = { t_max = 2e4, distance = 12.0 }\n";
+
+/// E_k/E_t of a droplet that moves at V_t/100.
+const CREEPING: f64 = 1e-4;
+
+/// Keeps the snapshots at these times.
+struct At<'a> {
+    times: &'a [f64],
+    dt: f64,
+    checks: f64,
+    kept: Vec<(f64, Snapshot)>,
+}
+
+impl Keeper for At<'_> {
+    fn wants(&mut self) -> bool {
+        self.checks += 1.0;
+        self.times.contains(&(self.checks - 1.0))
+    }
+
+    fn keep(&mut self, snapshot: Snapshot) {
+        self.kept.push((snapshot.step() as f64 * self.dt, snapshot));
+    }
+}
+
+/// The end of a job, from a snapshot on if there is one.
+fn end(job: &Job, from: Option<&Snapshot>, arrays: &ArrayLibrary, keeper: &mut dyn Keeper) -> Trajectory {
+    let stop = AtomicBool::new(false);
+    let context = Context { arrays, instruction_set: best_instruction_set(), stop: &stop };
+    match go_on(job, context, from, keeper) {
+        Ok(RunEnded::Finished(trajectory)) => *trajectory,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The same job, cut off at this time.
+fn cut_at(job: &Job, t_max: f64) -> Job {
+    let mut cut = job.clone();
+    Arc::make_mut(&mut cut.point).limits.t_max = t_max;
+    cut
+}
+
+/// The last sample at which the droplet was faster than V_t/100.
+fn arrested_from(run: &Trajectory) -> f64 {
+    let samples = run.samples.ek_ratio.iter().zip(&run.samples.t);
+    samples.filter(|(ek_ratio, _)| **ek_ratio >= CREEPING).map(|(_, t)| *t).last().unwrap_or(0.0)
+}
+
+/// What became of cut runs.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    runs: u32,
+    clogs: u32,
+    /// Cuts between arrest and threshold, those that are told as arrested, and those of which there is another place.
+    after: u32,
+    found: u32,
+    misplaced: u32,
+    /// Cuts before the arrest or of a run that does not clog, and those of them that are told as arrested elsewhere than
+    /// where the run clogs.
+    before: u32,
+    gained: u32,
+    /// Those that were slower than V_t/100.
+    slow: u32,
+}
+
+impl Counts {
+    /// Whether the arrest is where the run clogs.
+    fn is_at_clog(arrest: &Arrest, run: &Trajectory) -> bool {
+        run.clog.as_ref().is_some_and(|clog| libm::hypot(arrest.x - clog.x, arrest.y - clog.y) < 1e-4)
+    }
+
+    fn add(&mut self, job: &Job, cuts: u32, arrays: &ArrayLibrary) {
+        let run = end(job, None, arrays, &mut NoKeeper);
+        let clogs = run.outcome == Outcome::Clogged;
+        let from = if clogs { arrested_from(&run) } else { run.t_end };
+        let spread =
+            |a: f64, b: f64| (0..cuts).map(move |k| (a + (b - a) * f64::from(k + 1) / f64::from(cuts + 1)).floor());
+        let mut times: Vec<f64> = spread(0.0, from).chain(spread(from, run.t_end)).collect();
+        times.retain(|t| *t >= 1.0 && *t < run.t_end - 1.0);
+        times.dedup();
+        let mut at = At { times: &times, dt: job.point.stepping.dt, checks: 0.0, kept: Vec::new() };
+        assert_eq!(end(job, None, arrays, &mut at).t_end, run.t_end);
+        (self.runs, self.clogs) = (self.runs + 1, self.clogs + u32::from(clogs));
+        for (t, snapshot) in &at.kept {
+            let cut = end(&cut_at(job, t + 1.0), Some(snapshot), arrays, &mut NoKeeper);
+            assert_eq!((cut.outcome, cut.t_end), (Outcome::TimeLimit, t + 1.0));
+            let arrested = cut.arrest.as_ref();
+            let elsewhere = u32::from(arrested.is_some_and(|arrest| !Self::is_at_clog(arrest, &run)));
+            if clogs && *t > from {
+                self.after += 1;
+                self.found += u32::from(arrested.is_some());
+                self.misplaced += elsewhere;
+                if arrested.is_none() {
+                    println!("lost: seed {} t {t} of {from} .. {} ek {:.1e}", job.seed, run.t_end, cut.ek_ratio_end);
+                }
+            } else {
+                self.before += 1;
+                self.gained += elsewhere;
+                self.slow += u32::from(cut.ek_ratio_end < CREEPING);
+            }
+            if elsewhere > 0 {
+                println!("elsewhere: seed {} t {t} of {from} .. {}: {arrested:?} {:?}", job.seed, run.t_end, run.clog);
+            }
+        }
+    }
+
+    fn of(keys: &str, runs: u64, cuts: u32) -> Self {
+        let mut counts = Self::default();
+        for seed in 0..runs {
+            counts.add(&single::job(&format!("{ARRAY}{keys}"), seed).0, cuts, &ArrayLibrary::default());
+        }
+        counts
+    }
+}
+
+#[test]
+fn no_clog_is_lost_and_no_flow_is_gained_wherever_runs_are_cut() {
+    let cases = [
+        "gamma = 0.8\nn_vertices = 32\nintegrator = \"implicit\"",
+        "gamma = 0.8\nn_vertices = 32\ndynamics = \"darcy\"",
+        "model = \"SP\"\ne_w = 10.0",
+    ];
+    for keys in cases {
+        let counts = Counts::of(keys, 20, 10);
+        println!("{keys}\n{counts:?}");
+        assert!(counts.clogs >= 10 && counts.after >= 50 && counts.before >= 150, "{counts:?}");
+        assert_eq!((counts.found, counts.misplaced, counts.gained), (counts.after, 0, 0), "{keys}");
+    }
+}
+
+#[test]
+#[ignore = "a thousand runs of each droplet take minutes; `cargo test --release --test arrest -- --ignored --nocapture`"]
+fn a_thousand_runs_cut_at_ten_instants() {
+    for dynamics in ["integrator = \"implicit\"", "integrator = \"verlet\"", "dynamics = \"darcy\""] {
+        for gamma in [0.8, 0.4] {
+            let keys = format!("gamma = {gamma}\nn_vertices = 32\n{dynamics}");
+            println!("{keys}\n{:?}", Counts::of(&keys, 1000, 10));
+        }
+    }
+}
