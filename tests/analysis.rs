@@ -232,6 +232,34 @@ fn only_runs_that_flowed_are_averaged_and_ca_follows() {
 }
 
 #[test]
+fn an_arrested_run_counts_as_a_clog_at_its_equilibrium_and_does_not_flow() {
+    let run = |outcome, r_end, arrested| FinishedRun {
+        seed: 0,
+        outcome,
+        r_end,
+        t_end: 1.0,
+        v_g_mean: Some(0.5),
+        mechanism: None,
+        arrested,
+    };
+    let point = point_runs(
+        ring(0.5),
+        vec![
+            run(Outcome::Clogged, 4.0, None),
+            run(Outcome::TimeLimit, 7.9, Some(8.0)),
+            run(Outcome::TimeLimit, 12.0, None),
+        ],
+    );
+    let fit = lambda_fit(&point);
+    assert_eq!((fit.runs, fit.clogs, fit.arrested, fit.lambda), (3, 2, 1, Some(12.0)));
+    assert_eq!(speed_average(&point).flowing, 1);
+    let tables = decay_lengths(&fit_all(std::slice::from_ref(&point)));
+    assert!(tables.contains("clogs   arrested"), "{tables}");
+    let without = point_runs(ring(0.5), point.runs[..1].to_vec());
+    assert!(!decay_lengths(&fit_all(&[without])).contains("arrested"));
+}
+
+#[test]
 fn a_point_without_runs_has_a_fit_without_answers() {
     let fit = lambda_fit(&point_runs(ring(1.0), vec![]));
     assert_eq!((fit.runs, fit.clogs, fit.runs_for_ten_percent), (0, 0, None));

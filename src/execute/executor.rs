@@ -92,7 +92,19 @@ pub(super) fn run(
     });
     drop(writer.finish()?);
     started.map_err(|source| RunError::Threads { threads, source })?;
+    warn_of_creeping(report.progress.creeping);
     Ok(report)
+}
+
+/// Warns of runs of which nobody knows whether they would have clogged.
+fn warn_of_creeping(runs: u64) {
+    if runs > 0 {
+        let what = if runs == 1 { "1 run was".to_owned() } else { format!("{runs} runs were") };
+        tracing::warn!(
+            "{what} slower than V_t/100, and at no equilibrium, when t_max cut them off: they count as flowing; raise \
+             limits.t_max to learn whether they clog"
+        );
+    }
 }
 
 /// Watches until all workers are gone; sets `stop` when it is time.

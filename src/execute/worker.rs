@@ -63,8 +63,9 @@ impl Work<'_> {
             Computed::Paused { saved } => return Ok(Note::Paused { saved }),
         };
         let how = result.as_ref().map(|run| run.outcome).map_err(|failure| failure.class);
+        let creeps = result.as_ref().is_ok_and(Trajectory::creeps);
         writer.send(Message::Finished { job, result, wall_s })?;
-        Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s }))
+        Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s, creeps }))
     }
 
     /// Computes a job from its checkpoint, or from its beginning, and measures the wall time spent on it so far. Leaves

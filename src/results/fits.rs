@@ -96,6 +96,8 @@ pub struct RunRecord {
     pub t_end: f64,
     /// Mean speed after the start-up, in V_t.
     pub v_g_mean: Option<f64>,
+    /// Displacement of the equilibrium in which it was arrested at its time limit, in sigma.
+    pub arrested: Option<f64>,
     /// E_k/E_t at the end.
     pub ek_ratio_end: f64,
     /// How deep the droplet sank on the plate, in sigma.

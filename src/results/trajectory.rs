@@ -4,6 +4,9 @@ use crate::parameters::names;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
+/// A droplet that is slower than this creeps, in V_t.
+const CREEPING: f64 = 0.01;
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
@@ -61,6 +64,15 @@ pub struct Trajectory {
     pub samples: Samples,
     /// Kept outlines, by time; the last one is that at the end.
     pub outlines: Vec<Outline>,
+}
+
+impl Trajectory {
+    /// Whether the time ran out on a droplet that was slower than V_t/100, and at no equilibrium that is known: it may
+    /// creep on, or come to rest later.
+    pub fn creeps(&self) -> bool {
+        let slow = |v_g: &f64| v_g.abs() < CREEPING;
+        self.outcome == Outcome::TimeLimit && self.arrest.is_none() && self.samples.v_g.last().is_some_and(slow)
+    }
 }
 
 /// The state of a droplet at the moment it counts as clogged.
