@@ -161,28 +161,24 @@ fn a_droplet_that_flows_freely_or_has_another_end_before_it_is_not_arrested() {
     let falls =
         single::run("scene = \"channel\"\nw = 9.0\ngamma = 1.0\nn_vertices = 32\nlimits.t_max = 30.0", 0).unwrap();
     assert_eq!((falls.outcome, falls.arrest, falls.creeps()), (Outcome::TimeLimit, None, false));
-    // Stuck before the orifice at h = 0: cut while it creeps towards its rest, and the same where the channel ends before.
-    let stuck = |h_end: f64, t_max: f64| {
-        let keys = format!(
-            "scene = \"channel\"\nw = 0.7\ngamma = 2.4\nn_vertices = 64\nh_start = -1.0\nh_end = {h_end}\nlimits.t_max = {t_max}"
-        );
-        single::run(&keys, 0).unwrap()
+    // Stuck before the orifice: cut while it comes to rest, and the same where the way that is asked for ends before.
+    let stuck = |limits: &str| {
+        let keys = "scene = \"channel\"\nw = 0.7\ngamma = 2.4\nn_vertices = 64\nh_start = -1.0";
+        single::run(&format!("{keys}\nlimits = {{ {limits} }}"), 0).unwrap()
     };
-    let clog = stuck(3.0, 1e4).clog.unwrap();
-    let cut = stuck(3.0, (0.5 * clog.t).floor());
+    let clog = stuck("t_max = 1e4").clog.unwrap();
+    let cut = stuck(&format!("t_max = {}", (0.5 * clog.t).floor()));
     let arrest = cut.arrest.unwrap();
     assert!((arrest.r - clog.r).abs() < 1e-6 && arrest.way_left <= 0.01 && !cut.creeps(), "{arrest:?} {clog:?}");
-    assert!(
-        (cut.r_end + arrest.way_left - arrest.r).abs() < 1e-9 && arrest.energy_left > 0.0,
-        "it has a way along x left"
-    );
-    let ahead = (1..40).map(|k| stuck(3.0, f64::from(2 * k))).find(|run| run.arrest.is_some()).unwrap();
-    let end_before = 0.5 * (ahead.r_end + clog.r) - 1.0;
-    let cut = stuck(end_before, ahead.t_end);
+    let ahead = (1..60).map(|k| stuck(&format!("t_max = {k}"))).find(|run| run.arrest.is_some()).unwrap();
+    let arrest = ahead.arrest.unwrap();
+    assert!(arrest.energy_left > 0.0 && (ahead.r_end + arrest.way_left - arrest.r).abs() < 1e-6, "it has a way left");
+    let nearer = 0.5 * (ahead.r_end + arrest.r);
+    let cut = stuck(&format!("t_max = {}, distance = {nearer}", ahead.t_end));
     assert_eq!(
         (cut.outcome, cut.r_end, cut.arrest),
         (Outcome::TimeLimit, ahead.r_end, None),
-        "it leaves before it rests"
+        "it has gone far enough then"
     );
 }
 
