@@ -170,7 +170,7 @@ fn a_droplet_that_flows_freely_or_has_another_end_before_it_is_not_arrested() {
     let cut = stuck(&format!("t_max = {}", (0.5 * clog.t).floor()));
     let arrest = cut.arrest.unwrap();
     assert!((arrest.r - clog.r).abs() < 1e-6 && arrest.way_left <= 0.01 && !cut.creeps(), "{arrest:?} {clog:?}");
-    let ahead = (1..60).map(|k| stuck(&format!("t_max = {k}"))).find(|run| run.arrest.is_some()).unwrap();
+    let ahead = (30..300).map(|k| stuck(&format!("t_max = {k}"))).find(|run| run.arrest.is_some()).unwrap();
     let arrest = ahead.arrest.unwrap();
     assert!(arrest.energy_left > 0.0 && (ahead.r_end + arrest.way_left - arrest.r).abs() < 1e-6, "it has a way left");
     let nearer = 0.5 * (ahead.r_end + arrest.r);
@@ -198,10 +198,10 @@ fn a_droplet_that_hangs_on_an_unstable_balance_is_not_arrested() {
 #[test]
 #[ignore = "a thousand runs of each droplet take minutes; `cargo test --release --test arrest -- --ignored --nocapture`"]
 fn a_thousand_runs_cut_at_ten_instants() {
-    for dynamics in ["integrator = \"implicit\"", "integrator = \"verlet\"", "dynamics = \"darcy\""] {
-        for gamma in [0.8, 0.4] {
-            let keys = format!("gamma = {gamma}\nn_vertices = 32\n{dynamics}");
-            println!("{keys}\n{:?}", Counts::of(&keys, 1000, 10));
-        }
+    for (gamma, dynamics) in
+        [(0.8, "integrator = \"implicit\""), (0.4, "integrator = \"implicit\""), (0.8, "dynamics = \"darcy\"")]
+    {
+        let keys = format!("gamma = {gamma}\nn_vertices = 32\n{dynamics}");
+        println!("{keys}\n{:?}", Counts::of(&keys, 1000, 10));
     }
 }

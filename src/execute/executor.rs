@@ -64,18 +64,18 @@ pub enum RunError {
 pub(super) fn run(
     jobs: &[PlannedJob],
     store: Store,
+    keeping: &Keeping,
     options: &Options,
     instruction_set: InstructionSet,
     watch: &mut dyn FnMut(&Progress, Duration),
 ) -> Result<RoundReport, RunError> {
     let arrays = ArrayLibrary::default();
     jobs.iter().for_each(|planned| arrays.announce(&planned.job));
-    let keeping = Keeping::new(store.folders(), options.checkpoint_every);
     let hurry = Hurry { interrupted: options.interrupted.clone(), deadline: options.deadline };
     let writer = Writer::spawn(store, WriterOptions { hurry, ..WriterOptions::default() })?;
     let stop = AtomicBool::new(false);
     let context = Context { arrays: &arrays, instruction_set, stop: &stop };
-    let work = Work { jobs, next: AtomicUsize::new(0), context, keeping: &keeping };
+    let work = Work { jobs, next: AtomicUsize::new(0), context, keeping };
     let threads = options.workers(jobs.len());
     let (told, heard) = channel();
     let (report, started) = std::thread::scope(|scope| {

@@ -191,6 +191,14 @@ impl Samples {
         self.t.len()
     }
 
+    /// Leaves the first `len` instants.
+    pub fn truncate(&mut self, len: usize) {
+        let Self { t, r, h, y, v_g, ek_ratio, shape, area_error } = self;
+        for column in [t, r, h, y, v_g, ek_ratio, shape, area_error] {
+            column.truncate(len);
+        }
+    }
+
     /// Whether nothing was recorded.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()

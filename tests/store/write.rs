@@ -339,7 +339,7 @@ fn an_arrest_is_kept_read_back_counted_as_a_clog_and_checked() {
     assert_eq!((run.outcome, run.arrested, run.stays_at()), (Outcome::TimeLimit, Some(2.25), Some(2.25)));
     drop(store);
     let kept = "SELECT r, x, y, way_left, energy_left, outcome FROM arrest_events JOIN runs USING (job_id)";
-    assert_eq!(csv(dir.path(), kept), ["2.25,252.0,249.5,0.001,1e-06,time_limit"]);
+    assert_eq!(csv(dir.path(), kept), ["2.25,252.0,249.5,0.001,1e-6,time_limit"]);
     assert_eq!(check(dir.path()).unwrap().findings, []);
     let conn = rusqlite::Connection::open(dir.path().join("store.db")).unwrap();
     conn.execute("UPDATE outcomes SET outcome = 'distance' WHERE outcome = 'time_limit'", []).unwrap();

@@ -229,8 +229,9 @@ fn a_plan_tells_the_rounds_of_until_and_their_largest_cost() {
 
 #[test]
 fn a_time_limit_that_leaves_no_time_to_come_to_rest_is_warned_of() {
-    let limits =
-        |limits: &str| fresh(&campaign(&format!("model = \"SP\"\nw_ob = 0.2\ne_w = 1.0\nlimits = {{ {limits} }}")));
+    let limits = |limits: &str| {
+        fresh(&campaign(&format!("model = \"SP\"\nw_ob = 0.2\ne_w = 1.0\nruns_per_point = 1\nlimits = {{ {limits} }}")))
+    };
     let warned = |text: &str| {
         let plan = limits(text);
         assert_eq!(plan.render(1).contains("warning  t_max"), plan.blocks[0].short_time.is_some(), "{text}");

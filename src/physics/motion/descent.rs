@@ -2,7 +2,8 @@
 //!
 //! Steps of backward Euler of `c dx/dt = -grad U`, with the friction c of the droplet, lead down from the present shape.
 //! They are 1, 4, 16 ... 1e6 t0 long. A step is taken only where `c/h + U''` is positive definite all along, so that it
-//! has one solution nearby and passes no barrier. Elsewhere it is taken again, four times as short.
+//! has one solution nearby and passes no barrier. Elsewhere it is taken again, four times as short, and
+//! the steps after it grow by two.
 //!
 //! The droplet has an equilibrium where a step of 1e6 t0 moves nothing any more. That this step could be taken says
 //! that the second variation of U is positive there, to within `c/1e6`: nothing grows by a factor e within 1e6 t0.
@@ -19,11 +20,15 @@ const LAST: f64 = 1e6;
 /// By what factor a step is longer than the one before, or shorter than one that was refused.
 const FACTOR: f64 = 4.0;
 
+/// By what factor a step is longer than the one before once a step was refused.
+const CAREFUL: f64 = 2.0;
+
 /// The descent is given up where even so short a step cannot be taken, in t0.
 const SHORTEST: f64 = 1e-3;
 
-/// The descent is given up after so many steps, refused ones among them. Ten lead from 1 to 1e6 t0.
-const MOST_STEPS: u32 = 120;
+/// The descent is given up after so many steps, refused ones among them. Eleven lead from 1 to 1e6 t0. A ring whose
+/// vertices still turn along its outline while its centroid hardly moves may take some hundred.
+const MOST_STEPS: u32 = 1000;
 
 /// A shape rests if no part of it moves further than this in a step of [`LAST`], in sigma.
 const STILL: f64 = 1e-6;
@@ -60,7 +65,7 @@ pub(super) fn descend(
     stop: &AtomicBool,
 ) -> Result<Option<Equilibrium>, Interruption> {
     let begin = droplet.here();
-    let mut h = FIRST;
+    let (mut h, mut growth) = (FIRST, FACTOR);
     for _ in 0..MOST_STEPS {
         if stop.load(Ordering::Relaxed) {
             return Err(Interruption::Stopped);
@@ -75,9 +80,9 @@ pub(super) fn descend(
                 if h >= LAST && moved <= STILL {
                     return Ok(Some(here));
                 }
-                h = (FACTOR * h).min(LAST);
+                h = (growth * h).min(LAST);
             }
-            None => h /= FACTOR,
+            None => (h, growth) = (h / FACTOR, CAREFUL),
         }
         if h < SHORTEST {
             return Ok(None);

@@ -4,7 +4,7 @@ use crate::parameters::Point;
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::simulate::arrest::arrest;
-use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
+use crate::physics::simulate::snapshot::{Course, EndState, Keeper, Snapshot};
 use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Recorder, timetable::Timetable};
 use crate::results::trajectory::{Arrest, Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
@@ -62,6 +62,9 @@ pub(super) fn drive(
             },
             _ => None,
         };
+        if keeper.wants_end() {
+            keeper.keep_end(EndState::of(&course, mark, outline, here));
+        }
         return Ok(RunEnded::Finished(Box::new(finish(course, (outcome, arrest), t, &seen, refused))));
     }
 }

@@ -14,14 +14,15 @@ pub mod stability;
 mod start;
 mod timetable;
 
-pub use snapshot::{Keeper, NoKeeper, Snapshot};
+pub use snapshot::{EndState, Keeper, NoKeeper, Snapshot};
 
-use crate::parameters::Job;
+use crate::parameters::{Job, Point};
 use crate::physics::motion::Interruption;
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, Trajectory};
 use std::sync::atomic::AtomicBool;
+use timetable::Timetable;
 
 /// What a simulation needs besides its job.
 #[derive(Clone, Copy)]
@@ -70,6 +71,11 @@ pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, F
         RunEnded::Finished(trajectory) => Ok(Some(*trajectory)),
         RunEnded::Stopped(_) | RunEnded::WrongSnapshot => Ok(None),
     }
+}
+
+/// The time step at which the time limit of a point ends a trajectory.
+pub fn last_step(point: &Point) -> u64 {
+    Timetable::of(point).end
 }
 
 /// Computes the trajectory of a job, from a snapshot on if there is one. A break changes no bit.

@@ -39,8 +39,8 @@ pub(super) struct Recorder {
 /// How much had been recorded at some check, and the extremes until then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Recorded {
-    samples: usize,
-    outlines: usize,
+    pub(super) samples: usize,
+    pub(super) outlines: usize,
     shape_max: Option<f64>,
     area_error_max: Option<f64>,
     overlap_max: f64,
@@ -66,12 +66,28 @@ impl Recorder {
         }
     }
 
+    /// A record of the same droplet without its series and outlines, with the extremes of that time.
+    pub(super) fn emptied(&self, to: Recorded) -> Self {
+        let (samples, outlines) = (Samples::default(), Vec::new());
+        let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
+        let Self { v_t, start_x, .. } = *self;
+        Self {
+            v_t,
+            start_x,
+            samples,
+            outlines,
+            shape_max,
+            area_error_max,
+            overlap_max,
+            energy_rise_max,
+            ek_ratio_min,
+            engulfed_t,
+        }
+    }
+
     /// The record as it was when this had been recorded.
     pub(super) fn rewind(mut self, to: Recorded) -> Self {
-        let Samples { t, r, h, y, v_g, ek_ratio, shape, area_error } = &mut self.samples;
-        for column in [t, r, h, y, v_g, ek_ratio, shape, area_error] {
-            column.truncate(to.samples);
-        }
+        self.samples.truncate(to.samples);
         self.outlines.truncate(to.outlines);
         let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
         Self { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, ..self }

@@ -163,7 +163,7 @@ fn settle(conn: &Connection, table: &str, missing: &str, row: i64) -> rusqlite::
 
 /// Removes all that is stored of a job's end, so that it is computed again.
 pub(super) fn compute_again(conn: &Connection, job: i64) -> rusqlite::Result<()> {
-    let ends = ["outcomes", "clogs", "arrests", "shape_rows", "sample_index"]
+    let ends = ["outcomes", "clogs", "arrests", "end_states", "shape_rows", "sample_index"]
         .map(|table| format!("DELETE FROM {table} WHERE job = ?1"));
     for sql in ends.iter().map(String::as_str).chain(["UPDATE jobs SET state = 'pending' WHERE key = ?1"]) {
         conn.prepare_cached(sql)?.execute([job])?;

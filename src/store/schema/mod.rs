@@ -33,6 +33,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0005_columns.sql"),
     include_str!("../../../migrations/0006_dynamics.sql"),
     include_str!("../../../migrations/0007_arrests.sql"),
+    include_str!("../../../migrations/0008_end_states.sql"),
 ];
 
 /// The latest schema of this program.

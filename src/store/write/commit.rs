@@ -7,6 +7,7 @@
 use crate::parameters::JobId;
 use crate::results::trajectory::{Arrest, Clog, Failure, Samples, Trajectory};
 use crate::store::disk;
+use crate::store::end_state::{EndState, sealed};
 use crate::store::error::StoreError;
 use crate::store::folders::{database, dump_path};
 use crate::store::sample_file::{self, SampleFile};
@@ -21,6 +22,8 @@ use std::path::Path;
 pub(super) struct Batch {
     /// Jobs that workers took up.
     pub started: Vec<JobId>,
+    /// States in which jobs ended.
+    pub ends: Vec<(JobId, EndState)>,
     /// Jobs that ended.
     pub finished: Vec<FinishedJob>,
 }
@@ -65,6 +68,7 @@ pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, Sto
             list_samples(&transaction, file, &outcomes)?;
         }
         outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run, &dir))?;
+        batch.ends.iter().try_for_each(|(job, end)| save_end(&transaction, *job, end))?;
         mark_started(&transaction, &batch.started)
     };
     save().map_err(StoreError::sql(&path))?;
@@ -181,6 +185,13 @@ fn save_arrest(conn: &Connection, key: i64, arrest: &Arrest) -> rusqlite::Result
     let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO arrests VALUES (?1, ?2, ?3, ?4, ?5, ?6)")?;
     let Arrest { r, x, y, way_left, energy_left } = arrest;
     insert.execute(params![key, r, x, y, way_left, energy_left]).map(drop)
+}
+
+fn save_end(conn: &Connection, job: JobId, end: &EndState) -> rusqlite::Result<()> {
+    let mut insert = conn
+        .prepare_cached("INSERT OR REPLACE INTO end_states SELECT key, ?2, ?3, ?4, ?5 FROM jobs WHERE job_id = ?1")?;
+    let EndState { course, step, distance, state } = end;
+    insert.execute(params![job.to_string(), course.to_string(), integer(*step), distance, sealed(state)]).map(drop)
 }
 
 fn mark_started(conn: &Connection, started: &[JobId]) -> rusqlite::Result<()> {
