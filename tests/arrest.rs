@@ -4,7 +4,11 @@
 //! arrest a cut run must count as arrested where the whole run clogs. Before it, or in a run that never clogs, it must
 //! not be arrested anywhere else.
 
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test that cannot go on has failed, and tells its figures"
+)]
 
 #[path = "common/single.rs"]
 mod single;

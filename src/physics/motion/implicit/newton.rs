@@ -47,9 +47,9 @@ pub(super) enum Unsolved {
     /// Even the positive parts gave no positive definite matrix, so the numbers are no longer finite.
     #[error("the positions are no longer finite")]
     NotFinite,
-    /// The potential is not convex, so it need not have one minimum nearby.
-    #[error("the potential is not convex")]
-    NotConvex,
+    /// The second derivative is indefinite, so there need not be one minimum nearby.
+    #[error("the second derivative is indefinite")]
+    Indefinite,
 }
 
 #[derive(Debug)]
@@ -138,7 +138,7 @@ impl Newton {
     /// Minimises Phi where it is convex, from the present displacement on, to a last correction below `precision`.
     ///
     /// # Errors
-    /// [`Unsolved::NotConvex`] where `w + U''` has a negative eigenvalue; else as [`minimise`](Self::minimise).
+    /// [`Unsolved::Indefinite`] where `w + U''` has a negative eigenvalue; else as [`minimise`](Self::minimise).
     pub(super) fn minimise_convex(
         &mut self,
         ring: &mut Ring,
@@ -153,7 +153,7 @@ impl Newton {
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
             let k = effects.area.stiffness;
             if solver.solve_counting(self.instruction_set, &potential.stiffness, k, area, right) > 0 {
-                return Err(Unsolved::NotConvex);
+                return Err(Unsolved::Indefinite);
             }
             let size = self.correction.largest(self.instruction_set);
             if !size.is_finite() {
