@@ -1,7 +1,7 @@
 //! Whether t_max leaves a droplet time to flow its way and to come to rest after it.
 //!
-//! A droplet that flows takes `way/(0.7 V_t)` for the distance that a campaign asks for, or through a channel. If it is
-//! arrested at the end of that, E_k/E_t falls exponentially: to 1e-17 in 500 to 1500 t0 at V_t = 0.03, that is, in the
+//! This matters in arrays of obstacles, where clogs are counted. A droplet that flows takes `way/(0.7 V_t)` for the
+//! distance that a campaign asks for. If it is arrested at the end of that, E_k/E_t falls exponentially: to 1e-17 in 500 to 1500 t0 at V_t = 0.03, that is, in the
 //! time of at most 45 sigma of free fall, and to another threshold in proportion to its logarithm. A run with less time
 //! than both together may end above the threshold. It then counts as a clog only if its rest can be seen from there.
 //! Near-wall drag is left out, which makes both times many times as long.
@@ -39,14 +39,13 @@ pub(super) fn short(points: &[Arc<Point>]) -> Option<ShortTime> {
     Some(ShortTime { points: short.len(), ..worst })
 }
 
-/// The time that a droplet may need to flow its way and to come to rest, in t0; `None` where it has no way to go.
+/// The time that a droplet may need to flow its way and to come to rest, in t0; `None` where no clogs are counted, and
+/// where the campaign asks for no distance.
 fn needed(point: &Point) -> Option<f64> {
-    let way = match &point.scene {
-        Scene::Obstacles(_) => point.limits.distance?,
-        Scene::Channel(channel) => channel.h_end - channel.h_start,
-        Scene::Disc(disc) => disc.h_end - disc.h_start,
-        Scene::Plate => return None,
-    };
+    if !matches!(point.scene, Scene::Obstacles(_)) {
+        return None;
+    }
+    let way = point.limits.distance?;
     let arrest = ARREST * -libm::log10(point.limits.ek_threshold) / TO_THRESHOLD;
     Some((way / FLOWING_SPEED + arrest) / point.v_t)
 }
