@@ -63,6 +63,7 @@ fn synthetic(gamma: f64, lambda: f64, n: u64) -> PointRuns {
             t_end: r / 0.02,
             v_g_mean: Some(0.7 + 0.03 * draws.normal()),
             mechanism: None,
+            arrested: None,
         }
     };
     point_runs(ring(gamma), (0..n).map(run).collect())
@@ -189,6 +190,7 @@ fn the_interval_of_a_mean_speed_holds_the_truth() {
                 t_end: 1.0,
                 v_g_mean: Some(speed(&mut draws)),
                 mechanism: None,
+                arrested: None,
             };
             let average = speed_average(&point_runs(ring(1.0), (0..10).map(run).collect()));
             average.v_g_low.unwrap() <= truth && truth <= average.v_g_high.unwrap()
@@ -204,7 +206,15 @@ fn the_interval_of_a_mean_speed_holds_the_truth() {
 
 #[test]
 fn only_runs_that_flowed_are_averaged_and_ca_follows() {
-    let run = |outcome, v_g_mean| FinishedRun { seed: 0, outcome, r_end: 60.0, t_end: 1.0, v_g_mean, mechanism: None };
+    let run = |outcome, v_g_mean| FinishedRun {
+        seed: 0,
+        outcome,
+        r_end: 60.0,
+        t_end: 1.0,
+        v_g_mean,
+        mechanism: None,
+        arrested: None,
+    };
     let runs = vec![
         run(Outcome::TimeLimit, Some(0.6)),
         run(Outcome::Distance, Some(0.8)),
@@ -222,6 +232,34 @@ fn only_runs_that_flowed_are_averaged_and_ca_follows() {
 }
 
 #[test]
+fn an_arrested_run_counts_as_a_clog_at_its_equilibrium_and_does_not_flow() {
+    let run = |outcome, r_end, arrested| FinishedRun {
+        seed: 0,
+        outcome,
+        r_end,
+        t_end: 1.0,
+        v_g_mean: Some(0.5),
+        mechanism: None,
+        arrested,
+    };
+    let point = point_runs(
+        ring(0.5),
+        vec![
+            run(Outcome::Clogged, 4.0, None),
+            run(Outcome::TimeLimit, 7.9, Some(8.0)),
+            run(Outcome::TimeLimit, 12.0, None),
+        ],
+    );
+    let fit = lambda_fit(&point);
+    assert_eq!((fit.runs, fit.clogs, fit.arrested, fit.lambda), (3, 2, 1, Some(12.0)));
+    assert_eq!(speed_average(&point).flowing, 1);
+    let tables = decay_lengths(&fit_all(std::slice::from_ref(&point)));
+    assert!(tables.contains("clogs   arrested"), "{tables}");
+    let without = point_runs(ring(0.5), point.runs[..1].to_vec());
+    assert!(!decay_lengths(&fit_all(&[without])).contains("arrested"));
+}
+
+#[test]
 fn a_point_without_runs_has_a_fit_without_answers() {
     let fit = lambda_fit(&point_runs(ring(1.0), vec![]));
     assert_eq!((fit.runs, fit.clogs, fit.runs_for_ten_percent), (0, 0, None));
@@ -231,8 +269,15 @@ fn a_point_without_runs_has_a_fit_without_answers() {
 #[test]
 fn tables_show_what_varies_and_name_what_does_not() {
     let mut points = vec![synthetic(1.09, 24.0, 50), synthetic(0.2, 1e9, 20), synthetic(3.0, 41.0, 50)];
-    let constant =
-        |seed| FinishedRun { seed, outcome: Outcome::Clogged, r_end: 9.0, t_end: 1.0, v_g_mean: None, mechanism: None };
+    let constant = |seed| FinishedRun {
+        seed,
+        outcome: Outcome::Clogged,
+        r_end: 9.0,
+        t_end: 1.0,
+        v_g_mean: None,
+        mechanism: None,
+        arrested: None,
+    };
     points.push(point_runs(ring(10.0), (0..12).map(constant).collect()));
     points.push(point_runs(Model::Soft(Soft { e_w: 10.0 }), vec![]));
     let fits = fit_all(&points);
@@ -261,6 +306,7 @@ fn clogs_at(gamma: f64, clogs: &[f64], flowing: usize) -> PointRuns {
         t_end: 1.0,
         v_g_mean: None,
         mechanism: None,
+        arrested: None,
     };
     point_runs(ring(gamma), ends.enumerate().map(run).collect())
 }

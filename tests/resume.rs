@@ -8,9 +8,9 @@ mod single;
 
 use meniscus::parameters::{Integrator, Job, Stepping};
 use meniscus::physics::simd::best_instruction_set;
-use meniscus::physics::simulate::{Context, Keeper, NoKeeper, RunEnded, Snapshot, go_on};
+use meniscus::physics::simulate::{Context, EndState, Keeper, NoKeeper, RunEnded, Snapshot, go_on};
 use meniscus::physics::walls::arrays::library::ArrayLibrary;
-use meniscus::results::trajectory::{Failure, Trajectory};
+use meniscus::results::trajectory::{Failure, Samples, Trajectory};
 use proptest::prelude::*;
 use single::job;
 use std::sync::Arc;
@@ -34,6 +34,7 @@ fn cases() -> Vec<(&'static str, Job)> {
         ("refused steps", in_steps(dense("gamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0"), 2.5e-2)),
         ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 90.0")),
         ("implicit, near walls", dense("gamma = 0.1\nb0 = 0.4\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 60.0")),
+        ("liquid", dense("dynamics = \"darcy\"\ngamma = 0.8\nn_vertices = 32\nlimits.t_max = 60.0")),
         ("soft", dense("model = \"SP\"\ne_w = 10.0\nlimits.t_max = 3000.0")),
         ("soft, near walls", dense("model = \"SP\"\ne_w = 10.0\nb0 = 0.4\nlimits.t_max = 100.0")),
         ("channel", job("scene = \"channel\"\nw = 0.9\nv_t = 0.08\nh_start = -1.2\nh_end = 1.0\ngamma = 0.8\nn_vertices = 64\nb0 = 0.4", 0).0),
@@ -107,9 +108,61 @@ fn a_run_cut_at_many_checks_equals_an_uninterrupted_one_for_every_motion() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn it_does_wherever_it_is_cut(case in 0..11_usize, cuts in proptest::collection::vec(1..60_u64, 1..6)) {
+    fn it_does_wherever_it_is_cut(case in 0..12_usize, cuts in proptest::collection::vec(1..60_u64, 1..6)) {
         let (name, job) = cases().swap_remove(case);
         prop_assert_eq!(bits(&cut(&job, &cuts).0), bits(&cut(&job, &[]).0), "{}", name);
+    }
+}
+
+/// Takes the end state.
+#[derive(Default)]
+struct End(Option<EndState>);
+
+impl Keeper for End {
+    fn wants(&mut self) -> bool {
+        false
+    }
+    fn keep(&mut self, _: Snapshot) {}
+    fn wants_end(&self) -> bool {
+        true
+    }
+    fn keep_end(&mut self, end: EndState) {
+        self.0 = Some(end);
+    }
+}
+
+/// The trajectory of a job from a snapshot on, and its end state.
+fn ended(job: &Job, from: Option<&Snapshot>) -> (Trajectory, EndState) {
+    let (arrays, stop, mut end) = (ArrayLibrary::default(), AtomicBool::new(false), End::default());
+    let context = Context { arrays: &arrays, instruction_set: best_instruction_set(), stop: &stop };
+    match go_on(job, context, from, &mut end) {
+        Ok(RunEnded::Finished(trajectory)) => (*trajectory, end.0.unwrap()),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_run_that_goes_on_from_the_end_of_a_shorter_one_equals_an_uninterrupted_one_for_every_motion() {
+    for (name, job) in cases() {
+        let whole = ended(&job, None);
+        let t = whole.0.t_end;
+        // Limits at a check, between two checks, and at a distance.
+        for (t_max, distance) in [((0.4 * t).ceil(), None), (0.7 * t + 0.3, None), (t, Some(0.5 * whole.0.r_end))] {
+            let mut shorter = job.clone();
+            let limits = &mut Arc::make_mut(&mut shorter.point).limits;
+            (limits.t_max, limits.distance) = (t_max, distance);
+            let (cut, end) = ended(&shorter, None);
+            assert!(end.step() < cut.steps && cut.t_end <= t, "{name}");
+            let end: EndState = postcard::from_bytes(&postcard::to_stdvec(&end).unwrap()).unwrap();
+            let snapshot = end.snapshot(cut.samples, cut.outlines).unwrap();
+            assert_eq!(
+                format!("{:?}", ended(&job, Some(&snapshot))),
+                format!("{whole:?}"),
+                "{name} {t_max} {distance:?}"
+            );
+        }
+        let (cut, end) = whole;
+        assert!(end.snapshot(Samples::default(), cut.outlines).is_none(), "the series belong to it");
     }
 }
 

@@ -64,18 +64,18 @@ pub enum RunError {
 pub(super) fn run(
     jobs: &[PlannedJob],
     store: Store,
+    keeping: &Keeping,
     options: &Options,
     instruction_set: InstructionSet,
     watch: &mut dyn FnMut(&Progress, Duration),
 ) -> Result<RoundReport, RunError> {
     let arrays = ArrayLibrary::default();
     jobs.iter().for_each(|planned| arrays.announce(&planned.job));
-    let keeping = Keeping::new(store.folders(), options.checkpoint_every);
     let hurry = Hurry { interrupted: options.interrupted.clone(), deadline: options.deadline };
     let writer = Writer::spawn(store, WriterOptions { hurry, ..WriterOptions::default() })?;
     let stop = AtomicBool::new(false);
     let context = Context { arrays: &arrays, instruction_set, stop: &stop };
-    let work = Work { jobs, next: AtomicUsize::new(0), context, keeping: &keeping };
+    let work = Work { jobs, next: AtomicUsize::new(0), context, keeping };
     let threads = options.workers(jobs.len());
     let (told, heard) = channel();
     let (report, started) = std::thread::scope(|scope| {
@@ -92,7 +92,19 @@ pub(super) fn run(
     });
     drop(writer.finish()?);
     started.map_err(|source| RunError::Threads { threads, source })?;
+    warn_of_creeping(report.progress.creeping);
     Ok(report)
+}
+
+/// Warns of runs of which nobody knows whether they would have clogged.
+fn warn_of_creeping(runs: u64) {
+    if runs > 0 {
+        let what = if runs == 1 { "1 run was".to_owned() } else { format!("{runs} runs were") };
+        tracing::warn!(
+            "{what} slower than V_t/100, and at no equilibrium, when t_max cut them off: they count as flowing; raise \
+             limits.t_max to learn whether they clog"
+        );
+    }
 }
 
 /// Watches until all workers are gone; sets `stop` when it is time.

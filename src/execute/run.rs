@@ -3,6 +3,7 @@
 use crate::campaign::file::Campaign;
 use crate::campaign::plan::{self, Counts, KnownJobs, Plan, Speed};
 use crate::execute::executor::{self, RoundReport, RunError};
+use crate::execute::keeping::Keeping;
 use crate::execute::machine_speed;
 use crate::execute::options::{Options, Retry};
 use crate::execute::rounds::{Evidence, grown};
@@ -28,7 +29,7 @@ pub enum Event<'a> {
         campaign: &'a str,
         /// Jobs to run.
         jobs: usize,
-        /// Those of them that go on from a checkpoint.
+        /// Those of them that go on from a checkpoint, or from where a job with a smaller limit ended.
         resumed: usize,
         /// Worker threads.
         threads: usize,
@@ -165,16 +166,16 @@ fn run_round(
     let registered = store.register(&CampaignRecord { name: &campaign.name, text: &campaign.text }, &points)?;
     let Plan { jobs, .. } = planned(campaign, dir, &machine_speed::measure(instruction_set))?;
     begin_run(&mut store, registered.campaign, instruction_set)?;
-    let unfinished = store.folders().unfinished();
+    let keeping = Keeping::new(&store, options.checkpoint_every)?;
     watch(Event::RoundBegins {
         rounds_before,
         campaign: &campaign.name,
         jobs: jobs.len(),
-        resumed: jobs.iter().filter(|job| unfinished.contains(&job.id)).count(),
+        resumed: keeping.resumed(&jobs),
         threads: options.workers(jobs.len()),
     });
     let mut tell = |progress: &Progress, elapsed| watch(Event::Progress(progress, elapsed));
-    let report = executor::run(&jobs, store, options, instruction_set, &mut tell)?;
+    let report = executor::run(&jobs, store, &keeping, options, instruction_set, &mut tell)?;
     watch(Event::RoundEnds(&report.progress, report.elapsed));
     Ok(report)
 }

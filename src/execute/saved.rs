@@ -1,7 +1,7 @@
 //! What a checkpoint or a dump holds: the job itself, its state, and its failure if it failed.
 
 use crate::parameters::{Job, plain};
-use crate::physics::simulate::Snapshot;
+use crate::physics::simulate::{EndState, Snapshot};
 use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -36,6 +36,21 @@ impl From<&Failure> for SavedFailure {
     fn from(failure: &Failure) -> Self {
         Self { class: failure.class, reason: failure.reason.clone(), step: failure.step }
     }
+}
+
+/// Version of the bytes of an end state; raised whenever it is written in another way.
+const END_FORMAT: u32 = 1;
+
+/// An end state as bytes, every number with all its bits.
+pub(super) fn encode_end(end: &EndState) -> Vec<u8> {
+    postcard::to_stdvec(&(END_FORMAT, end)).expect("plain numbers, texts and lists can be encoded")
+}
+
+/// An end state from bytes; `None` if they are of another format.
+pub(super) fn decode_end(bytes: &[u8]) -> Option<EndState> {
+    let (format, state) = postcard::take_from_bytes::<u32>(bytes).ok()?;
+    let whole = |(end, rest): (EndState, &[u8])| rest.is_empty().then_some(end);
+    if format == END_FORMAT { postcard::take_from_bytes(state).ok().and_then(whole) } else { None }
 }
 
 impl Saved {

@@ -46,6 +46,8 @@ pub(super) struct JobEnd {
     pub(super) how: Result<Outcome, FailureClass>,
     /// Expected CPU time, in seconds.
     pub(super) expected_s: f64,
+    /// Whether its time ran out while it crept, at no equilibrium.
+    pub(super) creeps: bool,
 }
 
 /// Where a round stands.
@@ -57,6 +59,8 @@ pub struct Progress {
     pub ended: u64,
     /// Those that ended in a clog.
     pub clogs: u64,
+    /// Those that crept when their time ran out, slower than V_t/100 and at no equilibrium.
+    pub creeping: u64,
     /// Failures by class.
     pub failures: BTreeMap<FailureClass, u64>,
     /// Expected CPU time of all jobs, in seconds.
@@ -89,6 +93,7 @@ impl Progress {
     pub(super) fn note(&mut self, end: JobEnd) {
         self.ended += 1;
         self.expected_ended_s += end.expected_s;
+        self.creeping += u64::from(end.creeps);
         match end.how {
             Ok(outcome) => self.clogs += u64::from(outcome == Outcome::Clogged),
             Err(class) => *self.failures.entry(class).or_default() += 1,
@@ -132,8 +137,8 @@ impl Progress {
 mod tests {
     use super::*;
 
-    const CLOG: JobEnd = JobEnd { how: Ok(Outcome::Clogged), expected_s: 2.0 };
-    const BLOWN: JobEnd = JobEnd { how: Err(FailureClass::Unstable), expected_s: 2.0 };
+    const CLOG: JobEnd = JobEnd { how: Ok(Outcome::Clogged), expected_s: 2.0, creeps: false };
+    const BLOWN: JobEnd = JobEnd { how: Err(FailureClass::Unstable), expected_s: 2.0, creeps: false };
 
     fn after(ends: &[(JobEnd, u64)]) -> Progress {
         let mut progress = Progress { jobs: 1000, expected_s: 2000.0, ..Progress::default() };

@@ -6,7 +6,7 @@ use crate::execute::keeping::Keeping;
 use crate::execute::schedule::JobEnd;
 use crate::physics::simulate::Context;
 use crate::results::trajectory::{Failure, Trajectory};
-use crate::store::{Message, OutcomeSender, WriterStopped};
+use crate::store::{EndState, Message, OutcomeSender, WriterStopped};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::Instant;
@@ -35,7 +35,7 @@ pub(super) enum Note {
 
 /// What became of a job.
 enum Computed {
-    Ended(Result<Box<Trajectory>, Failure>),
+    Ended(Result<Box<Trajectory>, Failure>, Option<EndState>),
     Paused { saved: bool },
 }
 
@@ -58,19 +58,25 @@ impl Work<'_> {
         writer.send(Message::Started(job))?;
         let (computed, wall_s) = self.compute(planned);
         self.context.arrays.release(&planned.job);
-        let result = match computed {
-            Computed::Ended(result) => result.map(|trajectory| *trajectory),
+        let (result, end) = match computed {
+            Computed::Ended(result, end) => (result.map(|trajectory| *trajectory), end),
             Computed::Paused { saved } => return Ok(Note::Paused { saved }),
         };
         let how = result.as_ref().map(|run| run.outcome).map_err(|failure| failure.class);
+        let creeps = result.as_ref().is_ok_and(Trajectory::creeps);
+        if let Some(end) = end {
+            writer.send(Message::Ended(job, end))?;
+        }
         writer.send(Message::Finished { job, result, wall_s })?;
-        Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s }))
+        Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s, creeps }))
     }
 
-    /// Computes a job from its checkpoint, or from its beginning, and measures the wall time spent on it so far. Leaves
+    /// Computes a job from its checkpoint, from where a shorter job ended, or from its beginning, and measures the wall time spent on it so far. Leaves
     /// a checkpoint if it is told to stop, and a dump if the job fails.
     fn compute(&self, planned: &PlannedJob) -> (Computed, f64) {
-        let mut last = self.keeping.load(planned);
+        let checkpoint = self.keeping.load(planned);
+        let mut is_checkpoint = checkpoint.is_some();
+        let mut last = checkpoint.or_else(|| self.keeping.end_of_shorter(planned));
         loop {
             let spent = last.as_ref().map_or(0.0, |saved| saved.wall_s);
             let from = last.as_ref().and_then(|saved| saved.snapshot.as_ref());
@@ -78,15 +84,19 @@ impl Work<'_> {
             let attempt = attempt(&planned.job, self.context, from, &mut keeper);
             let wall_s = keeper.wall_s();
             let computed = match attempt {
-                Attempt::Arrived(trajectory) => Computed::Ended(Ok(trajectory)),
+                Attempt::Arrived(trajectory) => Computed::Ended(Ok(trajectory), keeper.take_end()),
                 Attempt::Failed(failure) => {
                     self.keeping.dump(planned, &failure, wall_s);
-                    Computed::Ended(Err(failure))
+                    Computed::Ended(Err(failure), None)
                 }
                 Attempt::Stopped(None) => Computed::Paused { saved: false },
                 Attempt::Stopped(Some(snapshot)) => Computed::Paused { saved: keeper.save_last(*snapshot) },
                 Attempt::WrongSnapshot => {
-                    self.keeping.put_aside(planned.id, "its state is not one of this job");
+                    if std::mem::take(&mut is_checkpoint) {
+                        self.keeping.put_aside(planned.id, "its state is not one of this job");
+                    } else {
+                        tracing::warn!(job = %planned.id, "an end state is not one of this job, which begins anew");
+                    }
                     last = None;
                     continue;
                 }

@@ -28,6 +28,12 @@ pub enum JobState {
 }
 
 impl Job {
+    /// Identity of the course that its droplet takes, whatever time limit and distance cut it off, under the current
+    /// physics version.
+    pub(crate) fn course(&self) -> JobId {
+        JobId::new(self.point.course(), self.seed)
+    }
+
     /// Identity of this job, under the current physics version.
     pub fn id(&self) -> JobId {
         JobId::new(self.point_id, self.seed)

@@ -80,6 +80,13 @@ impl Point {
         serde_json::to_string(self).expect("a point holds only plain numbers and names")
     }
 
+    /// Identity of the course of its droplets, which time limit and distance only cut off: points that differ in nothing
+    /// else share it.
+    pub(crate) fn course(&self) -> PointId {
+        let limits = Limits { t_max: 0.0, distance: None, ..self.limits.clone() };
+        Self { limits, ..self.clone() }.id()
+    }
+
     /// Identity of this grid point.
     pub fn id(&self) -> PointId {
         PointId::of_canonical(&self.canonical())
@@ -108,6 +115,15 @@ mod tests {
         let back: Point = serde_json::from_str(&text).unwrap();
         assert_eq!(back, point());
         assert_eq!(back.canonical(), text);
+    }
+
+    #[test]
+    fn points_that_differ_in_time_limit_and_distance_alone_share_their_course() {
+        let mut longer = point();
+        longer.limits = Limits { t_max: 7.0, distance: Some(3.0), ..longer.limits };
+        assert_eq!(longer.course(), point().course());
+        longer.limits.ek_threshold = 1e-12;
+        assert_ne!(longer.course(), point().course());
     }
 
     #[test]

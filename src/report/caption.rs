@@ -45,6 +45,9 @@ impl Caption<'_> {
             (Some("clogged"), Some(other)) => format!("Clogged after {way}: {other}"),
             (Some("clogged"), None) => format!("Clogged after {way}"),
             (Some("pinched"), _) => format!("A film of the droplet closed after {way}"),
+            (Some("time_limit"), _) if story.arrested => {
+                format!("At rest when the time ran out, after {way}; not yet below the threshold of a clog")
+            }
             (Some("time_limit"), _) => format!("Not clogged at the time limit, after {way}"),
             (Some("distance"), _) => format!("Flowed the whole distance, {way}"),
             (Some(other), _) => format!("{other}, after {way}"),

@@ -30,12 +30,20 @@ w/s/h      how the clogs hold: wrap, squeeze, hybrid, in percent
 for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs
 ";
 
+/// Where the column of arrests stands, if there are any: behind that of the clogs.
+const ARRESTED_COLUMN: usize = 2;
+
+const ARRESTED_NOTE: &str = "\
+arrested   those of the clogs that t_max cut off at rest, above ek_threshold: each counts as a clog at the
+           stable equilibrium ahead of it
+";
+
 const HARDLY_KNOWN: &str = "\
 † lambda is hardly known: it comes from one or two clogs, or the two estimates are ten times apart. One clog leaves it \
 anywhere from 0.23 to 18 times the value shown, two clogs from 0.32 to 6 times. More runs help.";
 
 const SPEED_NOTE: &str = "\
-<v_g>/V_t  speed after the start-up, mean over the flowing runs: those that ended without a clog
+<v_g>/V_t  speed after the start-up, mean over the flowing runs: those without a clog or an arrest
 [a, b]     95% studentised bootstrap interval of that mean; from 5 flowing runs on
 Ca         capillary number, viscous stress over capillary pressure: v_g/V_t * pi/(4 gamma)
 ";
@@ -43,16 +51,26 @@ Ca         capillary number, viscous stress over capillary pressure: v_g/V_t * p
 /// The tables of decay lengths.
 ///
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star. A line below says how many there are, and how many
-/// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains.
+/// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains. Where runs were
+/// arrested at their time limit, a column counts them.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
-    let headers = ["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
+    let mut headers = vec!["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
     // Elsewhere than in an array of obstacles there is one place to clog at, and no decay of P(r).
     let in_arrays = |row: &&FittedPoint| matches!(row.point.point.scene, Scene::Obstacles(_));
     let rows: Vec<&FittedPoint> = points.iter().filter(in_arrays).collect();
     if rows.is_empty() && !points.is_empty() {
         return "Decay lengths: none, for no droplet moved in an array of obstacles.\n".to_owned();
     }
-    tables("Decay lengths", &rows, &headers, lambda_cells, lambda_notes)
+    if !rows.iter().any(|row| row.lambda.arrested > 0) {
+        return tables("Decay lengths", &rows, &headers, lambda_cells, lambda_notes);
+    }
+    headers.insert(ARRESTED_COLUMN, "arrested");
+    let cells = |row: &FittedPoint| {
+        let mut cells = lambda_cells(row);
+        cells.insert(ARRESTED_COLUMN, row.lambda.arrested.to_string());
+        cells
+    };
+    tables("Decay lengths", &rows, &headers, cells, |rows| lambda_notes(rows) + ARRESTED_NOTE)
 }
 
 /// The tables of mean speeds.

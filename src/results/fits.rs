@@ -30,6 +30,15 @@ pub struct FinishedRun {
     pub v_g_mean: Option<f64>,
     /// How the clog holds, if the run ended in one.
     pub mechanism: Option<Mechanism>,
+    /// Displacement of the equilibrium in which it was arrested at its time limit, in sigma; `None` if it was not.
+    pub arrested: Option<f64>,
+}
+
+impl FinishedRun {
+    /// Where the droplet stays for good, in sigma: the place of its clog or of its arrest; `None` if it flowed on.
+    pub fn stays_at(&self) -> Option<f64> {
+        if self.outcome == Outcome::Clogged { Some(self.r_end) } else { self.arrested }
+    }
 }
 
 /// Decay length of the survival probability `P(r) = exp(-r/lambda)` at one grid point ([C24] eq. 16).
@@ -37,8 +46,10 @@ pub struct FinishedRun {
 pub struct LambdaFit {
     /// Finished runs.
     pub runs: u32,
-    /// Runs that clogged; every other run is censored at its displacement.
+    /// Runs that clogged, or were arrested at their time limit; every other run is censored at its displacement.
     pub clogs: u32,
+    /// Those of the clogs that were arrested at their time limit, above the threshold of a clog.
+    pub arrested: u32,
     /// Maximum-likelihood lambda = (sum of all r)/clogs, in sigma; `None` when nothing clogged.
     pub lambda: Option<f64>,
     /// Lower end of the 95% interval, or the one-sided 95% lower bound when nothing clogged.
@@ -53,12 +64,12 @@ pub struct LambdaFit {
     pub runs_for_ten_percent: Option<u32>,
 }
 
-/// Mean speed of the runs that did not clog at one grid point.
+/// Mean speed of the runs that neither clogged nor were arrested at one grid point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedAverage {
     /// Finished runs.
     pub runs: u32,
-    /// Runs that ended without a clog and are averaged.
+    /// Runs that ended without a clog or an arrest and are averaged.
     pub flowing: u32,
     /// <v_g>/V_t; `None` when nothing flowed.
     pub v_g: Option<f64>,
@@ -85,6 +96,8 @@ pub struct RunRecord {
     pub t_end: f64,
     /// Mean speed after the start-up, in V_t.
     pub v_g_mean: Option<f64>,
+    /// Displacement of the equilibrium in which it was arrested at its time limit, in sigma.
+    pub arrested: Option<f64>,
     /// E_k/E_t at the end.
     pub ek_ratio_end: f64,
     /// How deep the droplet sank on the plate, in sigma.

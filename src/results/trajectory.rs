@@ -4,6 +4,9 @@ use crate::parameters::names;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 
+/// A droplet that is slower than this creeps, in V_t.
+const CREEPING: f64 = 0.01;
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
@@ -55,10 +58,21 @@ pub struct Trajectory {
     pub steps: u64,
     /// The clog, if the run ended in one.
     pub clog: Option<Clog>,
+    /// The equilibrium that lies ahead, if the simulated time ran out just before it.
+    pub arrest: Option<Arrest>,
     /// Recorded time series.
     pub samples: Samples,
     /// Kept outlines, by time; the last one is that at the end.
     pub outlines: Vec<Outline>,
+}
+
+impl Trajectory {
+    /// Whether the time ran out on a droplet that was slower than V_t/100, and at no equilibrium that is known: it may
+    /// creep on, or come to rest later.
+    pub fn creeps(&self) -> bool {
+        let slow = |v_g: &f64| v_g.abs() < CREEPING;
+        self.outcome == Outcome::TimeLimit && self.arrest.is_none() && self.samples.v_g.last().is_some_and(slow)
+    }
 }
 
 /// The state of a droplet at the moment it counts as clogged.
@@ -80,6 +94,22 @@ pub struct Clog {
     pub contacts: u32,
     /// How the clog holds; `None` if nothing pushes against gravity.
     pub mechanism: Option<Mechanism>,
+}
+
+/// The equilibrium of a droplet that was arrested when its simulated time ran out: at rest, or nearly so, but not yet
+/// below the threshold of a clog.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrest {
+    /// Displacement of the equilibrium along +x, in sigma.
+    pub r: f64,
+    /// Its unwrapped centroid, x.
+    pub x: f64,
+    /// Its unwrapped centroid, y.
+    pub y: f64,
+    /// The way that the centroid had left to it, in sigma.
+    pub way_left: f64,
+    /// The energy that the droplet had left to lose, in M g sigma.
+    pub energy_left: f64,
 }
 
 /// How a clog holds.
@@ -159,6 +189,14 @@ impl Samples {
     /// Number of recorded instants.
     pub fn len(&self) -> usize {
         self.t.len()
+    }
+
+    /// Leaves the first `len` instants.
+    pub fn truncate(&mut self, len: usize) {
+        let Self { t, r, h, y, v_g, ek_ratio, shape, area_error } = self;
+        for column in [t, r, h, y, v_g, ek_ratio, shape, area_error] {
+            column.truncate(len);
+        }
     }
 
     /// Whether nothing was recorded.

@@ -1,4 +1,4 @@
-//! Mean speed of a grid point: the mean over its runs that did not clog. The speed of a run is the slope of its r(t)
+//! Mean speed of a grid point: the mean over its runs that neither clogged nor were arrested at their time limit. The speed of a run is the slope of its r(t)
 //! after the start-up.
 //!
 //! **Interval.** Ten arrays per point are common, and the interval of a plain percentile bootstrap of ten values is too
@@ -34,7 +34,7 @@ const MOST_REPEATED: usize = RESAMPLES / 100;
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0073_7065_6564;
 
-/// Mean of v_g/V_t over the runs that did not clog and lasted long enough to have a speed, with a 95% interval if there
+/// Mean of v_g/V_t over the runs that neither clogged nor were arrested, and lasted long enough to have a speed, with a 95% interval if there
 /// are five such runs. `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP.
 ///
 /// Two runs flow at 0.6 and 0.8 V_t, the third clogs:
@@ -45,7 +45,7 @@ const SEED: u64 = 0x0073_7065_6564;
 /// use meniscus::study::speed::speed_average;
 ///
 /// let run = |seed, outcome, speed| {
-///     FinishedRun { seed, outcome, r_end: 60.0, t_end: 100.0, v_g_mean: Some(speed), mechanism: None }
+///     FinishedRun { seed, outcome, r_end: 60.0, t_end: 100.0, v_g_mean: Some(speed), mechanism: None, arrested: None }
 /// };
 /// let runs = vec![run(0, Outcome::Distance, 0.6), run(1, Outcome::TimeLimit, 0.8), run(2, Outcome::Clogged, 0.1)];
 /// let point = Point::new(Model::Deformable(Deformable::of_tension(0.5)), Scene::Plate);
@@ -56,7 +56,7 @@ const SEED: u64 = 0x0073_7065_6564;
 /// ```
 pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     let flowed = |outcome| matches!(outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
-    let flowing = point.runs.iter().filter(|run| flowed(run.outcome));
+    let flowing = point.runs.iter().filter(|run| flowed(run.outcome) && run.arrested.is_none());
     let mut speeds: Vec<f64> = flowing.filter_map(|run| run.v_g_mean).collect();
     // Sorted, so that neither the sum nor the resamples depend on the order of the runs.
     speeds.sort_by(f64::total_cmp);

@@ -28,6 +28,7 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     assert_eq!(columns(dir.path(), "runs"), runs);
     assert_eq!(columns(dir.path(), "stale_runs"), runs);
     assert_eq!(columns(dir.path(), "clog_events"), "job_id,t,r,x,y,ek_ratio,shape,contacts,mechanism");
+    assert_eq!(columns(dir.path(), "arrest_events"), "job_id,r,x,y,way_left,energy_left");
     let health = "job_id,energy_rise_max,area_error_max,overlap_max,ek_ratio_min,engulfed_t,refused,error_class";
     assert_eq!(columns(dir.path(), "stability"), health);
     assert_eq!(columns(dir.path(), "samples"), "job_id,t,r,h,y,v_g,ek_ratio,shape,area_error");
@@ -35,7 +36,7 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";
     let shares = "wrap_share,squeeze_share,hybrid_share";
     let more = format!("{NEW_KEYS},w,{places},integrator,{limits},dynamics,step_error");
-    let fits = format!("{point},{fit},{shares},point_id,decay_length,{more}");
+    let fits = format!("{point},{fit},{shares},point_id,decay_length,{more},arrested");
     assert_eq!(columns(dir.path(), "lambda_fits"), fits);
     assert_eq!(columns(dir.path(), "shapes"), "job_id,t,vertices,loads");
     let speeds = format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca,point_id,{more}");

@@ -3,10 +3,10 @@
 use super::make::*;
 use meniscus::parameters::{JobId, JobState};
 use meniscus::results::fits::{LambdaFit, SpeedAverage};
-use meniscus::results::trajectory::{FailureClass, Mechanism, Outcome};
+use meniscus::results::trajectory::{Arrest, FailureClass, Mechanism, Outcome, Trajectory};
 use meniscus::store::{
-    CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, job, job_states,
-    outlines, point_runs, save_fits, status,
+    CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, check, job, job_states,
+    outlines, point_runs, repair, save_fits, status,
 };
 use std::time::Duration;
 
@@ -110,7 +110,7 @@ fn a_trajectory_that_is_not_a_number_fails_alone() {
     let mut store = Store::open(dir.path()).unwrap();
     register(&mut store, std::slice::from_ref(&point), 3);
     let writer = Writer::spawn(store, options(10)).unwrap();
-    let spoil = |seed, spoil: fn(&mut meniscus::results::trajectory::Trajectory)| {
+    let spoil = |seed, spoil: fn(&mut Trajectory)| {
         let mut run = trajectory(&point, seed, 2);
         spoil(&mut run);
         let job = JobId::new(point.id(), seed);
@@ -198,6 +198,7 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     let fit = LambdaFit {
         runs: 3,
         clogs: 1,
+        arrested: 0,
         lambda: Some(24.0),
         lambda_low: Some(12.0),
         lambda_high: None,
@@ -314,4 +315,39 @@ fn a_shape_with_a_coordinate_that_is_no_number_makes_a_failed_run_that_keeps_the
     writer.finish().unwrap();
     assert_eq!(csv(dir.path(), "SELECT state, error_class FROM runs"), ["failed,unstable"]);
     assert_eq!(outlines(dir.path(), job).unwrap(), [outline(0.0, 0, true)]);
+}
+
+#[test]
+fn an_arrest_is_kept_read_back_counted_as_a_clog_and_checked() {
+    let dir = tempfile::tempdir().unwrap();
+    let point = ring(1.0);
+    let mut store = Store::open(dir.path()).unwrap();
+    register(&mut store, std::slice::from_ref(&point), 3);
+    let arrest = Arrest { r: 2.25, x: 252.0, y: 249.5, way_left: 1e-3, energy_left: 1e-6 };
+    let cut = Trajectory {
+        outcome: Outcome::TimeLimit,
+        v_g_mean: Some(1e-4),
+        arrest: Some(arrest),
+        ..trajectory(&point, 1, 4)
+    };
+    let writer = Writer::spawn(store, options(2)).unwrap();
+    writer.sender().send(finished(&point, 0, 4)).unwrap();
+    let job = JobId::new(point.id(), 1);
+    writer.sender().send(Message::Finished { job, result: Ok(cut), wall_s: 1.0 }).unwrap();
+    let store = writer.finish().unwrap();
+    let run = &point_runs(store.connection()).unwrap()[0].runs[1];
+    assert_eq!((run.outcome, run.arrested, run.stays_at()), (Outcome::TimeLimit, Some(2.25), Some(2.25)));
+    drop(store);
+    let kept = "SELECT r, x, y, way_left, energy_left, outcome FROM arrest_events JOIN runs USING (job_id)";
+    assert_eq!(csv(dir.path(), kept), ["2.25,252.0,249.5,0.001,1e-6,time_limit"]);
+    assert_eq!(check(dir.path()).unwrap().findings, []);
+    let conn = rusqlite::Connection::open(dir.path().join("store.db")).unwrap();
+    conn.execute("UPDATE outcomes SET outcome = 'distance' WHERE outcome = 'time_limit'", []).unwrap();
+    drop(conn);
+    std::fs::remove_file(dir.path().join("store.db.seal")).unwrap();
+    let found = check(dir.path()).unwrap().findings;
+    assert!(found.iter().any(|finding| finding.problem.contains("result and arrest contradict")), "{found:?}");
+    repair(dir.path()).unwrap();
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM arrest_events"), ["0"]);
+    assert_eq!(csv(dir.path(), "SELECT state FROM runs ORDER BY seed"), ["done", "pending", "pending"]);
 }

@@ -5,7 +5,7 @@ use crate::campaign::file::Block;
 use crate::parameters::{Integrator, Model, Point};
 
 /// Typical mean speed of a droplet that does not clog, in V_t. It turns a distance into a time.
-const FLOWING_SPEED: f64 = 0.7;
+pub(super) const FLOWING_SPEED: f64 = 0.7;
 
 /// By what factor a step takes longer for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
 /// 0.01.

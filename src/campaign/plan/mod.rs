@@ -10,6 +10,7 @@ mod integrators;
 mod rounds;
 mod switches;
 mod text;
+mod time;
 mod tolerance;
 
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub use effects::Effect;
 pub use rounds::Rounds;
 pub use switches::Switch;
 pub use text::Ends;
+pub use time::ShortTime;
 
 use crate::campaign::file::{Block, Campaign};
 use crate::campaign::memory::run_bytes;
@@ -121,6 +123,8 @@ pub struct BlockPlan {
     /// Smallest and largest of each limit and measure that ends a run or that runs are made in; `None` where the file
     /// says "none" at all points.
     pub ends: Vec<(&'static str, Option<Ends>)>,
+    /// The points whose time limit leaves a droplet no time to come to rest.
+    pub short_time: Option<ShortTime>,
     /// Where on the grid the campaign chooses otherwise.
     pub switches: Vec<Switch>,
     /// The rounds of `until`.
@@ -249,6 +253,7 @@ fn describe(block: &Block, counts: Counts, cost: Cost, speed: &Speed) -> Option<
         },
         effects: effects::of(&block.points),
         ends: ENDS.iter().filter_map(|name| Some((*name, ends_of(block, name)?))).collect(),
+        short_time: time::short(&block.points),
         switches: switches::of(block),
         rounds: Rounds::of(block, speed),
         memory: block.points.iter().map(|point| run_bytes(point)).fold(0.0, f64::max),

@@ -226,3 +226,22 @@ fn a_plan_tells_the_rounds_of_until_and_their_largest_cost() {
     assert!(text(400, "lambda").contains(rounds), "{}", text(400, "lambda"));
     assert!(text(20, "v_g").contains("rounds   10, ... up to 20 runs a point, until half of the interval of v_g"));
 }
+
+#[test]
+fn a_time_limit_that_leaves_no_time_to_come_to_rest_is_warned_of() {
+    let limits = |limits: &str| {
+        fresh(&campaign(&format!("model = \"SP\"\nw_ob = 0.2\ne_w = 1.0\nruns_per_point = 1\nlimits = {{ {limits} }}")))
+    };
+    let warned = |text: &str| {
+        let plan = limits(text);
+        assert_eq!(plan.render(1).contains("warning  t_max"), plan.blocks[0].short_time.is_some(), "{text}");
+        plan.blocks[0].short_time
+    };
+    // 50 sigma at 0.7 V_t and 45 sigma of free fall, at V_t = 0.03.
+    let needed = (50.0 / 0.7 + 45.0) / 0.03;
+    assert_eq!(warned(&format!("distance = 50.0, t_max = {}", needed + 1.0)), None);
+    let short = warned(&format!("distance = 50.0, t_max = {}", needed - 1.0)).unwrap();
+    assert!((short.points, short.t_max) == (1, needed - 1.0) && (short.needed / needed - 1.0).abs() < 1e-12);
+    assert_eq!(warned(&format!("distance = 50.0, ek_threshold = 1e-12, t_max = {}", needed - 400.0)), None);
+    assert_eq!(warned("t_max = 10.0"), None, "where no distance is asked for, the time alone ends runs");
+}

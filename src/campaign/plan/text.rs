@@ -2,7 +2,7 @@
 
 use crate::campaign::durations::written_s;
 use crate::campaign::memory::size;
-use crate::campaign::plan::{BlockPlan, Cost, Plan, Switch};
+use crate::campaign::plan::{BlockPlan, Cost, Plan, ShortTime, Switch};
 use crate::parameters::{Integrator, Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
@@ -51,6 +51,9 @@ impl BlockPlan {
             writeln!(out, "  dt       {dt}; verlet is stable below {limit}, stiffest term {}", self.stiffest)?;
         }
         writeln!(out, "  limits   {}", self.ends_text())?;
+        if let Some(short) = &self.short_time {
+            writeln!(out, "  warning  {}", self.short_text(short))?;
+        }
         for chosen in &self.integrators {
             let at = match chosen.points {
                 all if all == self.points => String::new(),
@@ -71,6 +74,16 @@ impl BlockPlan {
         }
         writeln!(out, "  memory   at most {} on each of {threads} threads", size(self.memory))?;
         writeln!(out, "  cost     {}", CostText(self.cost, threads))
+    }
+
+    fn short_text(&self, ShortTime { points, t_max, needed }: &ShortTime) -> String {
+        let at = if *points == self.points { String::new() } else { format!(" at {points} of {} points", self.points) };
+        format!(
+            "t_max = {} is short{at}: to flow the whole way and then come to rest may take {} t0; a run that is cut off \
+             before it rests does not count as a clog",
+            Short(*t_max),
+            Short(cut_to_three_digits(*needed))
+        )
     }
 
     fn ends_text(&self) -> String {

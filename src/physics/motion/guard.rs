@@ -7,6 +7,8 @@
 //! Without a refusal the guard changes no bit. With refusals, too, the trajectory depends on its job only, because the
 //! stretches are fixed by the job.
 
+use crate::physics::motion::descent::{Equilibrium, descend};
+use crate::physics::motion::implicit::SinkingRing;
 use crate::physics::motion::step_control::{StepControl, WHOLE};
 use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState, verlet::VerletMotion};
 use crate::physics::observation::Observation;
@@ -164,5 +166,11 @@ impl Motion for GuardedMotion {
 
     fn refused(&self) -> u64 {
         self.refused
+    }
+
+    fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
+        self.seen = None;
+        let VerletMotion { ring, effects, instruction_set, .. } = &mut self.motion;
+        descend(&mut SinkingRing::new(ring, effects, *instruction_set), farthest, stop)
     }
 }

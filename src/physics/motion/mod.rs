@@ -10,9 +10,10 @@
 //! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
 //! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
 //!
-//! `placing` puts droplets at their start, with the same integrators.
+//! `placing` puts droplets at their start, with the same integrators. [`descent`] finds where a droplet would come to rest.
 
 pub mod darcy;
+pub mod descent;
 pub mod guard;
 pub mod implicit;
 pub(crate) mod placing;
@@ -27,6 +28,7 @@ use crate::physics::ring::Ring;
 use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
 use darcy::DarcyState;
+use descent::Equilibrium;
 use guard::GuardState;
 use implicit::ImplicitState;
 use serde::{Deserialize, Serialize};
@@ -73,6 +75,16 @@ pub trait Motion {
     /// How many stretches of Verlet steps, or implicit sub-steps, were refused so far.
     fn refused(&self) -> u64 {
         0
+    }
+
+    /// Goes without inertia to the equilibrium that lies ahead, and tells it; the time does not count, and no step
+    /// follows. `None` if no equilibrium is known within `farthest` of the present centroid.
+    ///
+    /// # Errors
+    /// [`Interruption::Stopped`], once `stop` is set.
+    fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
+        let _ = (farthest, stop);
+        Ok(None)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The soft particle as a [`Motion`]; its scheme stands with its forces in [`crate::physics::point`].
 
+use crate::physics::motion::descent::{Equilibrium, Sinking, descend};
 use crate::physics::motion::{Interruption, Motion, MotionState, in_pieces};
 use crate::physics::observation::Observation;
 use crate::physics::point::SoftMotion;
@@ -29,5 +30,20 @@ impl<W: Walls> Motion for SoftMotion<W> {
 
     fn outline(&self, t: f64) -> Outline {
         SoftMotion::outline(self, t)
+    }
+
+    fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
+        descend(self, farthest, stop)
+    }
+}
+
+impl<W: Walls> Sinking for SoftMotion<W> {
+    fn sink(&mut self, h: f64) -> Option<f64> {
+        SoftMotion::sink(self, h)
+    }
+
+    fn here(&self) -> Equilibrium {
+        let ([x, y], energy) = self.place_and_energy();
+        Equilibrium { x, y, energy }
     }
 }

@@ -35,7 +35,7 @@ pub struct VerletMotion {
     /// All that acts on the ring.
     pub effects: RingEffects,
     pub(super) dt: f64,
-    instruction_set: InstructionSet,
+    pub(super) instruction_set: InstructionSet,
 }
 
 impl VerletMotion {

@@ -17,6 +17,7 @@
 //! ```
 
 mod readings;
+mod sinking;
 
 use crate::on_instruction_set;
 use crate::parameters::MASS;

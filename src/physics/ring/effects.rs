@@ -88,6 +88,11 @@ impl RingEffects {
         self.others.iter_mut().for_each(|other| other.settled(ring));
     }
 
+    /// Whether a force acts now whose second derivatives are not known.
+    pub(crate) fn lack_stiffness(&self, ring: &Ring) -> bool {
+        self.others.iter().any(|other| !other.has_stiffness() && other.acts() && other.energy(ring) != 0.0)
+    }
+
     /// [`RingForce::hold`] of all effects; true if any of them holds.
     pub(crate) fn hold(&mut self, ring: &Ring) -> bool {
         let held = self.walls.hold(ring);

@@ -3,9 +3,10 @@
 use crate::parameters::Point;
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
-use crate::physics::simulate::snapshot::{Course, Keeper, Snapshot};
+use crate::physics::simulate::arrest::arrest;
+use crate::physics::simulate::snapshot::{Course, EndState, Keeper, Snapshot};
 use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Recorder, timetable::Timetable};
-use crate::results::trajectory::{Clog, Failure, Outcome, Trajectory};
+use crate::results::trajectory::{Arrest, Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
 
 pub(super) fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
@@ -33,7 +34,7 @@ pub(super) fn drive(
         if keeper.wants() {
             keeper.keep(Snapshot { course: course.clone(), motion: here.clone() });
         }
-        let next = timetable.next(course.step);
+        let (next, mark) = (timetable.next(course.step), course.mark());
         match motion.advance(next - course.step, stop) {
             Ok(()) => {}
             Err(Interruption::Stopped) => return Ok(stopped(course, here)),
@@ -45,16 +46,26 @@ pub(super) fn drive(
         motion.follow();
         (course.step, course.checks) = (next, course.checks + 1);
         let (t, seen) = (next as f64 * dt, motion.observe());
-        judge.sound(motion, &mut course, &seen, t)?;
+        let outline = judge.sound(motion, &mut course, &seen, t)?;
         let outcome = match motion.pinched() {
             Some(_) => Some(Outcome::Pinched),
             None => judge.outcome(&mut course, &seen, next == timetable.end),
         };
         record(&mut course, timetable, &seen, t, outcome.is_some());
-        if let Some(outcome) = outcome {
-            let trajectory = finish(course, outcome, t, &seen, motion.refused());
-            return Ok(RunEnded::Finished(Box::new(trajectory)));
+        let Some(outcome) = outcome else { continue };
+        let refused = motion.refused();
+        let arrest = match outcome {
+            Outcome::TimeLimit => match arrest(motion, &judge, &course, &seen, stop) {
+                Err(Interruption::Stopped) => return Ok(stopped(course.rewind(mark, outline), here)),
+                Err(Interruption::Failed(failure)) => return Err(failure),
+                Ok(arrest) => arrest,
+            },
+            _ => None,
+        };
+        if keeper.wants_end() {
+            keeper.keep_end(EndState::of(&course, mark, outline, here));
         }
+        return Ok(RunEnded::Finished(Box::new(finish(course, (outcome, arrest), t, &seen, refused))));
     }
 }
 
@@ -73,7 +84,13 @@ fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64,
     }
 }
 
-fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused: u64) -> Trajectory {
+fn finish(
+    course: Course,
+    (outcome, arrest): (Outcome, Option<Arrest>),
+    t: f64,
+    seen: &Observation,
+    refused: u64,
+) -> Trajectory {
     let Course { step, outline, recorder, .. } = course;
     let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));
     let Observation { x, y, shape, contacts, .. } = *seen;
@@ -94,6 +111,7 @@ fn finish(course: Course, outcome: Outcome, t: f64, seen: &Observation, refused:
         steps: step,
         refused,
         clog: (outcome == Outcome::Clogged).then(clog),
+        arrest,
         samples: recorder.samples,
         outlines: recorder.outlines,
     }

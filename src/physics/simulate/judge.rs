@@ -44,6 +44,7 @@ impl Judge {
     }
 
     /// Checks that the droplet is sound at time `t`, and notes its energy, its outline, and an obstacle inside it.
+    /// Returns the outline of the check before.
     ///
     /// # Errors
     /// A [`Failure`] of class `unstable`, `engulfed` or `crossed`, with the last sound outline.
@@ -53,7 +54,7 @@ impl Judge {
         course: &mut Course,
         seen: &Observation,
         t: f64,
-    ) -> Result<(), Failure> {
+    ) -> Result<Outline, Failure> {
         let rise = seen.energy() - course.lowest_energy;
         // Negated, so that a NaN fails too.
         if !(rise < ENERGY_RISE_LIMIT) {
@@ -62,7 +63,7 @@ impl Judge {
             // The present outline is not sound, so that of the check before is kept.
             return Err(failure(FailureClass::Unstable, reason, course.step, &course.outline));
         }
-        course.outline = motion.outline(t);
+        let before = std::mem::replace(&mut course.outline, motion.outline(t));
         if let Some([x, y]) = motion.engulfed() {
             if self.fails_engulfed {
                 let reason = format!(
@@ -79,7 +80,13 @@ impl Judge {
         }
         course.lowest_energy = course.lowest_energy.min(seen.energy());
         course.recorder.watch(seen, rise);
-        Ok(())
+        Ok(before)
+    }
+
+    /// Whether a droplet that stays at an equilibrium of this displacement and x would have gone on to be a clog, with
+    /// time enough: it has moved, and no other end comes first.
+    pub(super) fn would_stay(&self, course: &Course, r: f64, x: f64) -> bool {
+        course.has_moved && r < self.distance && x < self.h_end
     }
 
     /// How the trajectory ends at this check, if it does; `last` if its time is over.

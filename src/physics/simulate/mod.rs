@@ -1,9 +1,10 @@
 //! From a job to its trajectory: `start` the droplet, `drive` it from check to check by the `timetable`, `judge` and
-//! `record` it at each check.
+//! `record` it at each check. A droplet that its time limit cuts off may be at rest already: `arrest` finds out.
 //!
 //! A caller needs only [`simulate`], or [`go_on`] with [`Snapshot`] and [`Keeper`] for a trajectory that may be stopped
 //! and taken up again. [`stability`] tells the largest stable step before a job starts, [`mechanism`] how a clog holds.
 
+mod arrest;
 mod drive;
 mod judge;
 pub mod mechanism;
@@ -13,14 +14,15 @@ pub mod stability;
 mod start;
 mod timetable;
 
-pub use snapshot::{Keeper, NoKeeper, Snapshot};
+pub use snapshot::{EndState, Keeper, NoKeeper, Snapshot};
 
-use crate::parameters::Job;
+use crate::parameters::{Job, Point};
 use crate::physics::motion::Interruption;
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::arrays::library::ArrayLibrary;
 use crate::results::trajectory::{Failure, Trajectory};
 use std::sync::atomic::AtomicBool;
+use timetable::Timetable;
 
 /// What a simulation needs besides its job.
 #[derive(Clone, Copy)]
@@ -69,6 +71,11 @@ pub fn simulate(job: &Job, context: Context<'_>) -> Result<Option<Trajectory>, F
         RunEnded::Finished(trajectory) => Ok(Some(*trajectory)),
         RunEnded::Stopped(_) | RunEnded::WrongSnapshot => Ok(None),
     }
+}
+
+/// The time step at which the time limit of a point ends a trajectory.
+pub fn last_step(point: &Point) -> u64 {
+    Timetable::of(point).end
 }
 
 /// Computes the trajectory of a job, from a snapshot on if there is one. A break changes no bit.

@@ -36,7 +36,63 @@ pub(super) struct Recorder {
     pub(super) engulfed_t: Option<f64>,
 }
 
+/// How much had been recorded at some check, and the extremes until then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Recorded {
+    pub(super) samples: usize,
+    pub(super) outlines: usize,
+    shape_max: Option<f64>,
+    area_error_max: Option<f64>,
+    overlap_max: f64,
+    energy_rise_max: f64,
+    ek_ratio_min: f64,
+    engulfed_t: Option<f64>,
+}
+
 impl Recorder {
+    /// What has been recorded so far.
+    pub(super) fn recorded(&self) -> Recorded {
+        let Self { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = *self;
+        let (samples, outlines) = (self.samples.len(), self.outlines.len());
+        Recorded {
+            samples,
+            outlines,
+            shape_max,
+            area_error_max,
+            overlap_max,
+            energy_rise_max,
+            ek_ratio_min,
+            engulfed_t,
+        }
+    }
+
+    /// A record of the same droplet without its series and outlines, with the extremes of that time.
+    pub(super) fn emptied(&self, to: Recorded) -> Self {
+        let (samples, outlines) = (Samples::default(), Vec::new());
+        let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
+        let Self { v_t, start_x, .. } = *self;
+        Self {
+            v_t,
+            start_x,
+            samples,
+            outlines,
+            shape_max,
+            area_error_max,
+            overlap_max,
+            energy_rise_max,
+            ek_ratio_min,
+            engulfed_t,
+        }
+    }
+
+    /// The record as it was when this had been recorded.
+    pub(super) fn rewind(mut self, to: Recorded) -> Self {
+        self.samples.truncate(to.samples);
+        self.outlines.truncate(to.outlines);
+        let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
+        Self { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, ..self }
+    }
+
     /// A record that begins with the observation when gravity comes on.
     pub(super) fn new(point: &Point, begin: Observation) -> Self {
         let mut recorder = Self {

@@ -2,8 +2,10 @@
 
 use crate::parameters::Point;
 use crate::physics::motion::MotionState;
-use crate::physics::simulate::{record::Recorder, timetable::Timetable};
+use crate::physics::simulate::record::{Recorded, Recorder};
+use crate::physics::simulate::timetable::Timetable;
 use crate::results::outline::Outline;
+use crate::results::trajectory::Samples;
 use serde::{Deserialize, Serialize};
 
 /// How far a trajectory has come, at a check.
@@ -18,6 +20,31 @@ pub(super) struct Course {
     pub(super) lowest_energy: f64,
     pub(super) outline: Outline,
     pub(super) recorder: Recorder,
+}
+
+/// How far a trajectory had come at a check, without what was recorded until then.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mark {
+    step: u64,
+    checks: u64,
+    has_moved: bool,
+    was_below: bool,
+    lowest_energy: f64,
+    recorded: Recorded,
+}
+
+impl Course {
+    pub(super) fn mark(&self) -> Mark {
+        let Self { step, checks, has_moved, was_below, lowest_energy, .. } = *self;
+        Mark { step, checks, has_moved, was_below, lowest_energy, recorded: self.recorder.recorded() }
+    }
+
+    /// Puts the course back to the check at which it had this mark and this outline.
+    pub(super) fn rewind(self, mark: Mark, outline: Outline) -> Self {
+        let Mark { step, checks, has_moved, was_below, lowest_energy, recorded } = mark;
+        let recorder = self.recorder.rewind(recorded);
+        Self { step, checks, has_moved, was_below, lowest_energy, outline, recorder }
+    }
 }
 
 /// A trajectory at one of its checks, ready to be saved.
@@ -39,12 +66,62 @@ impl Snapshot {
     }
 }
 
+/// A trajectory at the check before its last one, from which it goes on under a larger time limit or distance.
+///
+/// The last check may come early, because a limit falls between two regular checks; all checks before it are those of a
+/// trajectory without limits. Series and outlines are left out, because the result of the trajectory has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EndState {
+    course: Course,
+    motion: MotionState,
+    /// How many samples and outlines there were.
+    samples: usize,
+    outlines: usize,
+}
+
+impl EndState {
+    /// The state of a trajectory that has come to its end, at the check that had this mark, outline and motion.
+    pub(super) fn of(course: &Course, mark: Mark, outline: Outline, motion: MotionState) -> Self {
+        let Mark { step, checks, has_moved, was_below, lowest_energy, recorded } = mark;
+        let recorder = course.recorder.emptied(recorded);
+        Self {
+            course: Course { step, checks, has_moved, was_below, lowest_energy, outline, recorder },
+            motion,
+            samples: recorded.samples,
+            outlines: recorded.outlines,
+        }
+    }
+
+    /// Time steps taken so far.
+    pub fn step(&self) -> u64 {
+        self.course.step
+    }
+
+    /// The snapshot, with the series and outlines that the trajectory ended with. `None` if they are too short.
+    pub fn snapshot(self, mut samples: Samples, mut outlines: Vec<Outline>) -> Option<Snapshot> {
+        let Self { mut course, motion, samples: some, outlines: few } = self;
+        if samples.len() < some || outlines.len() < few {
+            return None;
+        }
+        samples.truncate(some);
+        outlines.truncate(few);
+        (course.recorder.samples, course.recorder.outlines) = (samples, outlines);
+        Some(Snapshot { course, motion })
+    }
+}
+
 /// Takes snapshots of a trajectory, which it cannot change.
 pub trait Keeper {
     /// Whether a snapshot is wanted now; asked at every check.
     fn wants(&mut self) -> bool;
     /// Takes a snapshot.
     fn keep(&mut self, snapshot: Snapshot);
+    /// Whether the end state is wanted; asked when the trajectory has come to its end.
+    fn wants_end(&self) -> bool {
+        false
+    }
+    /// Takes the end state.
+    fn keep_end(&mut self, _: EndState) {}
 }
 
 /// Keeps nothing.

@@ -39,8 +39,9 @@ fn all_points(conn: &Connection) -> rusqlite::Result<Vec<(i64, String, String)>>
 
 fn runs_of(conn: &Connection, point: i64) -> rusqlite::Result<Vec<FinishedRun>> {
     let mut statement = conn.prepare_cached(
-        "SELECT seed, outcome, r_end, t_end, v_g_mean, mechanism FROM jobs JOIN outcomes ON outcomes.job = jobs.key
-         LEFT JOIN clogs ON clogs.job = jobs.key
+        "SELECT seed, outcome, r_end, t_end, v_g_mean, mechanism, arrests.r
+         FROM jobs JOIN outcomes ON outcomes.job = jobs.key
+         LEFT JOIN clogs ON clogs.job = jobs.key LEFT JOIN arrests ON arrests.job = jobs.key
          WHERE point = ?1 AND state = 'done' AND physics_version = (SELECT physics_version FROM current)
          ORDER BY seed",
     )?;
@@ -55,6 +56,7 @@ fn runs_of(conn: &Connection, point: i64) -> rusqlite::Result<Vec<FinishedRun>> 
             t_end: row.get(3)?,
             v_g_mean: row.get(4)?,
             mechanism: row.get_ref(5)?.as_str_or_null()?.and_then(Mechanism::from_name),
+            arrested: row.get(6)?,
         })
     });
     runs?.collect()

@@ -24,6 +24,8 @@ pub struct JobStory {
     pub error_class: Option<String>,
     /// Reason of its failure.
     pub error: Option<String>,
+    /// Whether it was at rest when its time ran out.
+    pub arrested: bool,
 }
 
 /// The kept shapes of a job of the store in `dir`, by time; none for a job that is unknown or has not run.
@@ -74,8 +76,9 @@ pub(super) fn outline(row: &Row<'_>) -> rusqlite::Result<Option<Outline>> {
 /// [`StoreError::Missing`] without a store; what SQLite reports.
 pub(crate) fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, StoreError> {
     let story = open_existing(dir)?.query_row(
-        "SELECT outcome, mechanism, outcomes.r_end, outcomes.t_end, error_class, error FROM jobs
-         JOIN outcomes ON outcomes.job = jobs.key LEFT JOIN clogs ON clogs.job = jobs.key WHERE job_id = ?1",
+        "SELECT outcome, mechanism, outcomes.r_end, outcomes.t_end, error_class, error, arrests.job IS NOT NULL FROM jobs
+         JOIN outcomes ON outcomes.job = jobs.key LEFT JOIN clogs ON clogs.job = jobs.key
+         LEFT JOIN arrests ON arrests.job = jobs.key WHERE job_id = ?1",
         [id.to_string()],
         |row| {
             Ok(JobStory {
@@ -85,6 +88,7 @@ pub(crate) fn job_story(dir: &Path, id: JobId) -> Result<Option<JobStory>, Store
                 t_end: row.get(3)?,
                 error_class: row.get(4)?,
                 error: row.get(5)?,
+                arrested: row.get(6)?,
             })
         },
     );

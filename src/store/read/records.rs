@@ -29,8 +29,9 @@ pub(crate) fn records(dir: &Path, ids: &[JobId], with_samples: bool) -> Result<V
 
 fn record(conn: &Connection, id: JobId) -> rusqlite::Result<Option<RunRecord>> {
     let mut statement = conn.prepare_cached(
-        "SELECT seed, outcome, error, r_end, t_end, v_g_mean, ek_ratio_end, delta_s, wall_s
-         FROM jobs JOIN outcomes ON outcomes.job = jobs.key WHERE job_id = ?1 AND (state = 'done' OR state = 'failed')",
+        "SELECT seed, outcome, error, r_end, t_end, v_g_mean, ek_ratio_end, delta_s, wall_s, arrests.r
+         FROM jobs JOIN outcomes ON outcomes.job = jobs.key LEFT JOIN arrests ON arrests.job = jobs.key
+         WHERE job_id = ?1 AND (state = 'done' OR state = 'failed')",
     )?;
     let found = statement.query_row([id.to_string()], |row| {
         Ok(RunRecord {
@@ -45,6 +46,7 @@ fn record(conn: &Connection, id: JobId) -> rusqlite::Result<Option<RunRecord>> {
             delta_s: row.get(7)?,
             wall_s: row.get::<_, Option<f64>>(8)?.unwrap_or_default(),
             samples: Samples::default(),
+            arrested: row.get(9)?,
         })
     });
     found.optional()

@@ -32,7 +32,7 @@ pub(crate) fn write_rows(
 }
 
 /// The columns of a fit beside `point_id` and the parameters; named as in the views `lambda_fits` and `speed_averages`.
-const FIT: [&str; 13] = [
+const FIT: [&str; 14] = [
     "runs",
     "clogs",
     "lambda",
@@ -46,6 +46,7 @@ const FIT: [&str; 13] = [
     "v_g_low",
     "v_g_high",
     "ca",
+    "arrested",
 ];
 
 /// Writes fits, a row for each point.
@@ -68,7 +69,7 @@ pub(crate) fn write_fits(fits: &[FittedPoint<'_>], format: Format, out: &mut dyn
 }
 
 /// The values of [`FIT`].
-fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 13] {
+fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 14] {
     [
         lambda.runs.into(),
         lambda.clogs.into(),
@@ -83,6 +84,7 @@ fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 13] {
         speed.v_g_low.into(),
         speed.v_g_high.into(),
         speed.ca.into(),
+        lambda.arrested.into(),
     ]
 }
 

@@ -72,6 +72,12 @@ const COLUMNS: &[Row] = &[
     ("clog_events", "contacts", Whole, "", "obstacles that carry load"),
     ("clog_events", "mechanism", Text, "", "how the clog holds: wrap, squeeze or hybrid"),
 
+    ("arrest_events", "r", Number, "sigma", "displacement along x of the equilibrium ahead"),
+    ("arrest_events", "x", Number, "sigma", "x of its centroid, unwrapped"),
+    ("arrest_events", "y", Number, "sigma", "y of its centroid, unwrapped"),
+    ("arrest_events", "way_left", Number, "sigma", "way of the centroid to it when the time ran out"),
+    ("arrest_events", "energy_left", Number, "M g sigma", "energy that was left to lose then"),
+
     ("samples", "t", Number, "t0", "time"),
     ("samples", "r", Number, "sigma", "displacement of the centroid along x since gravity came on"),
     ("samples", "h", Number, "sigma", "x of the centroid, unwrapped"),
@@ -94,7 +100,8 @@ const COLUMNS: &[Row] = &[
     ("obstacles", "radius", Number, "sigma", "its radius"),
 
     ("", "runs", Whole, "", "finished runs of the point"),
-    ("", "clogs", Whole, "", "those of them that clogged"),
+    ("", "clogs", Whole, "", "those of them that clogged, or were arrested at their time limit"),
+    ("", "arrested", Whole, "", "those of the clogs that were arrested at their time limit, above the threshold"),
     ("", "lambda", Number, "sigma", "decay length of the survival probability exp(-r/lambda), maximum likelihood"),
     ("", "decay_length", Number, "sigma", "lambda under a name that is no keyword of Python or DuckDB"),
     ("", "lambda_low", Number, "sigma", "lower end of its 95% interval, or the lower bound where nothing clogged"),
@@ -105,8 +112,8 @@ const COLUMNS: &[Row] = &[
     ("", "wrap_share", Number, "", "share of the clogs that hold by wrapping"),
     ("", "squeeze_share", Number, "", "share of the clogs that hold by squeezing"),
     ("", "hybrid_share", Number, "", "share of the clogs that hold by both"),
-    ("", "flowing", Whole, "", "runs that ended without a clog"),
-    ("speed_averages", "v_g", Number, "V_t", "mean speed of the runs that did not clog"),
+    ("", "flowing", Whole, "", "runs that ended without a clog or an arrest"),
+    ("speed_averages", "v_g", Number, "V_t", "mean speed of the runs that neither clogged nor were arrested"),
     ("", "v_g_low", Number, "V_t", "lower end of its 95% interval"),
     ("", "v_g_high", Number, "V_t", "upper end of its 95% interval"),
     ("", "ca", Number, "", "capillary number (v_g/V_t) pi/(4 Gamma); NULL for SP"),

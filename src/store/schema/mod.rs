@@ -33,6 +33,8 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0004_files.sql"),
     include_str!("../../../migrations/0005_columns.sql"),
     include_str!("../../../migrations/0006_dynamics.sql"),
+    include_str!("../../../migrations/0007_arrests.sql"),
+    include_str!("../../../migrations/0008_end_states.sql"),
 ];
 
 /// The blake3 of the declarations that all of them make. With it, a database is compared in a fraction of the time that

@@ -5,8 +5,9 @@
 //! harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
 use crate::parameters::JobId;
-use crate::results::trajectory::{Clog, Failure, Samples, Trajectory};
+use crate::results::trajectory::{Arrest, Clog, Failure, Samples, Trajectory};
 use crate::store::disk;
+use crate::store::end_state::{EndState, sealed};
 use crate::store::error::StoreError;
 use crate::store::folders::{database, dump_path};
 use crate::store::sample_file::{self, SampleFile};
@@ -21,6 +22,8 @@ use std::path::Path;
 pub(super) struct Batch {
     /// Jobs that workers took up.
     pub started: Vec<JobId>,
+    /// States in which jobs ended.
+    pub ends: Vec<(JobId, EndState)>,
     /// Jobs that ended.
     pub finished: Vec<FinishedJob>,
 }
@@ -65,6 +68,7 @@ pub(super) fn commit(store: &mut Store, batch: &Batch) -> Result<Vec<JobId>, Sto
             list_samples(&transaction, file, &outcomes)?;
         }
         outcomes.iter().try_for_each(|outcome| save_outcome(&transaction, outcome, run, &dir))?;
+        batch.ends.iter().try_for_each(|(job, end)| save_end(&transaction, *job, end))?;
         mark_started(&transaction, &batch.started)
     };
     save().map_err(StoreError::sql(&path))?;
@@ -114,7 +118,8 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, d
             set_state.execute((key, "done"))?;
             save_trajectory(conn, *key, run_result, *wall_s, *at, run)?;
             save_outlines(conn, *key, &run_result.outlines)?;
-            run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))
+            run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))?;
+            run_result.arrest.iter().try_for_each(|arrest| save_arrest(conn, *key, arrest))
         }
         Err(failure) => {
             set_state.execute((key, "failed"))?;
@@ -174,6 +179,19 @@ fn save_clog(conn: &Connection, key: i64, clog: &Clog) -> rusqlite::Result<()> {
     let Clog { t, r, x, y, ek_ratio, shape, contacts, mechanism } = clog;
     insert.execute(params![key, t, r, x, y, ek_ratio, shape, contacts, mechanism.map(|mechanism| mechanism.name())])?;
     Ok(())
+}
+
+fn save_arrest(conn: &Connection, key: i64, arrest: &Arrest) -> rusqlite::Result<()> {
+    let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO arrests VALUES (?1, ?2, ?3, ?4, ?5, ?6)")?;
+    let Arrest { r, x, y, way_left, energy_left } = arrest;
+    insert.execute(params![key, r, x, y, way_left, energy_left]).map(drop)
+}
+
+fn save_end(conn: &Connection, job: JobId, end: &EndState) -> rusqlite::Result<()> {
+    let mut insert = conn
+        .prepare_cached("INSERT OR REPLACE INTO end_states SELECT key, ?2, ?3, ?4, ?5 FROM jobs WHERE job_id = ?1")?;
+    let EndState { course, step, distance, state } = end;
+    insert.execute(params![job.to_string(), course.to_string(), integer(*step), distance, sealed(state)]).map(drop)
 }
 
 fn mark_started(conn: &Connection, started: &[JobId]) -> rusqlite::Result<()> {

@@ -41,8 +41,8 @@ fn save_lambda(transaction: &Transaction<'_>, point: PointId, fit: &LambdaFit) -
     let mut insert = transaction.prepare_cached(
         "INSERT INTO lambda_rows
              (point, runs, clogs, lambda, lambda_low, lambda_high, lambda_least_squares, p_exponential,
-              runs_for_ten_percent)
-         SELECT key, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9 FROM points WHERE point_id = ?1",
+              runs_for_ten_percent, arrested)
+         SELECT key, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10 FROM points WHERE point_id = ?1",
     )?;
     let inserted = insert.execute(params![
         point.to_string(),
@@ -54,6 +54,7 @@ fn save_lambda(transaction: &Transaction<'_>, point: PointId, fit: &LambdaFit) -
         fit.lambda_least_squares,
         fit.p_exponential,
         fit.runs_for_ten_percent,
+        fit.arrested,
     ])?;
     one_point(inserted)
 }

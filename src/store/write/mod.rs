@@ -118,6 +118,11 @@ impl Store {
         &self.conn
     }
 
+    /// The folder of the store.
+    pub(crate) fn dir(&self) -> &Path {
+        &self.dir
+    }
+
     /// Where unfinished trajectories and dumps go.
     pub(crate) fn folders(&self) -> Folders {
         Folders::of(&self.dir)

@@ -8,6 +8,7 @@
 
 use crate::parameters::JobId;
 use crate::results::trajectory::{Failure, FailureClass, Trajectory};
+use crate::store::end_state::EndState;
 use crate::store::error::StoreError;
 use crate::store::unix_now;
 use crate::store::write::commit::{Batch, FinishedJob, commit};
@@ -25,6 +26,8 @@ use std::time::{Duration, Instant};
 pub enum Message {
     /// A worker took the job up.
     Started(JobId),
+    /// The state in which a job ended; its result follows.
+    Ended(JobId, EndState),
     /// The job ended, with a result or a failure.
     Finished {
         /// The job.
@@ -99,6 +102,7 @@ impl OutcomeSender {
                 self.waiting.enter(result.as_ref().map_or(0, rows));
                 self.messages.send(Some(message)).map_err(|_| WriterStopped)
             }
+            Message::Ended(..) => self.messages.send(Some(message)).map_err(|_| WriterStopped),
         }
     }
 }
@@ -218,6 +222,7 @@ impl Pending {
         self.oldest.get_or_insert_with(Instant::now);
         match message {
             Message::Started(job) => self.batch.started.push(job),
+            Message::Ended(job, end) => self.batch.ends.push((job, end)),
             Message::Finished { job, result, wall_s } => {
                 self.handed_over += result.as_ref().map_or(0, rows);
                 let result = result.and_then(storable);

@@ -121,8 +121,10 @@ pub(super) const CLOG: &[Observable] = &[Observable {
     about: "decay length by maximum likelihood, in sigma",
     can_jump: true,
     estimate: |_, runs| {
-        let clogs = runs.iter().filter(|run| run.outcome == Some(Outcome::Clogged)).count();
-        (clogs > 0).then(|| runs.iter().map(|run| run.r_end.max(0.0)).sum::<f64>() / clogs as f64)
+        let stays = |run: &&&RunRecord| run.outcome == Some(Outcome::Clogged) || run.arrested.is_some();
+        let clogs = runs.iter().filter(stays).count();
+        let total: f64 = runs.iter().map(|run| run.arrested.unwrap_or(run.r_end).max(0.0)).sum();
+        (clogs > 0).then(|| total / clogs as f64)
     },
     ..USUAL
 }];

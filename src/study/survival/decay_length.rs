@@ -24,7 +24,6 @@
 //! ```
 
 use crate::results::fits::FinishedRun;
-use crate::results::trajectory::Outcome;
 use crate::study::bisection::bisect;
 
 /// Half the 95% quantile of chi-squared with one degree of freedom.
@@ -57,9 +56,13 @@ impl Lifetimes {
         Self(lifetimes)
     }
 
-    /// The lifetimes of finished runs; every run that did not clog is censored at its displacement.
+    /// The lifetimes of finished runs. A run that was arrested at its time limit clogs at its equilibrium; every other
+    /// run that did not clog is censored at its displacement.
     pub(super) fn of_runs(runs: &[FinishedRun]) -> Self {
-        let life = |run: &FinishedRun| Lifetime { r: run.r_end, clogged: run.outcome == Outcome::Clogged };
+        let life = |run: &FinishedRun| match run.stays_at() {
+            Some(r) => Lifetime { r, clogged: true },
+            None => Lifetime { r: run.r_end, clogged: false },
+        };
         Self::new(runs.iter().map(life).collect())
     }
 

@@ -15,7 +15,9 @@
 //! use meniscus::results::{fits::{FinishedRun, PointRuns}, trajectory::Outcome};
 //! use meniscus::study::survival::lambda_fit;
 //!
-//! let run = |seed, outcome, r_end| FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean: None, mechanism: None };
+//! let run = |seed, outcome, r_end| {
+//!     FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean: None, mechanism: None, arrested: None }
+//! };
 //! let runs = vec![run(0, Outcome::Clogged, 1.0), run(1, Outcome::Clogged, 3.0), run(2, Outcome::Distance, 8.0)];
 //! let array = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 60.0 };
 //! let point = Point::new(Model::Soft(Soft { e_w: 10.0 }), Scene::Obstacles(array));
@@ -36,10 +38,12 @@ use crate::study::survival::decay_length::{DecayLength, Lifetimes};
 /// to clog at, and no decay length.
 pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
     let lifetimes = Lifetimes::of_runs(&point.runs);
+    let arrested = point.runs.iter().filter(|run| run.arrested.is_some()).count() as u32;
     if !matches!(point.point.scene, Scene::Obstacles(_)) {
         return LambdaFit {
             runs: lifetimes.len() as u32,
             clogs: lifetimes.clogs() as u32,
+            arrested,
             lambda: None,
             lambda_low: None,
             lambda_high: None,
@@ -56,6 +60,7 @@ pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
     LambdaFit {
         runs: lifetimes.len() as u32,
         clogs: lifetimes.clogs() as u32,
+        arrested,
         lambda,
         lambda_low,
         lambda_high,

@@ -14,6 +14,7 @@ mod reading;
 mod refusal;
 mod scheme;
 mod sight;
+mod sinking;
 mod solver;
 mod state;
 
@@ -23,6 +24,7 @@ use crate::physics::liquid::dissipation::Dissipation;
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
+use crate::physics::motion::descent::{Equilibrium, descend};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::simd::InstructionSet;
@@ -277,5 +279,10 @@ impl<W: Walls> Motion for DarcyMotion<W> {
 
     fn refused(&self) -> u64 {
         self.course.refused
+    }
+
+    fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
+        self.solver.rounding = sinking::PRECISION;
+        descend(self, farthest, stop)
     }
 }

@@ -63,6 +63,8 @@ pub(super) struct Solver {
     unknown: Vec<f64>,
     slope: Vec<f64>,
     reduced: [Vec<f64>; 2],
+    /// Changes below this end a step, in sigma.
+    pub(super) rounding: f64,
     /// The shape of the last evaluation.
     pub(super) shape: Polygon,
     pub(super) here: Evaluation,
@@ -89,6 +91,7 @@ impl Solver {
             unknown: vec![0.0; n],
             slope: vec![0.0; n],
             reduced: [vec![0.0; n], vec![0.0; n]],
+            rounding: ROUNDING,
             shape: Polygon::default(),
             here: Evaluation::default(),
             squares: 0.0,
@@ -123,7 +126,7 @@ impl Solver {
             let slope = self.newton(potential, scheme.alpha[0] / h)?;
             let share = self.search(slope, |solver| solver.evaluate(potential, nearby, scheme, h, before))?;
             let change = self.unknown.iter().fold(0.0_f64, |most, nu| most.max(nu.abs())) * share;
-            if change <= PRECISION * self.shape.largest_distance(before[0]) + ROUNDING {
+            if change <= PRECISION * self.shape.largest_distance(before[0]) + self.rounding {
                 return Ok(iteration);
             }
         }

@@ -27,8 +27,10 @@ mod field;
 mod newton;
 mod potential;
 mod scheme;
+mod sinking;
 
 use crate::on_instruction_set;
+use crate::physics::motion::descent::{Equilibrium, descend};
 use crate::physics::motion::step_control::{StepControl, WHOLE};
 use crate::physics::motion::{Interruption, Motion, MotionState, ring_state::RingState};
 use crate::physics::observation::Observation;
@@ -40,6 +42,7 @@ use field::Field;
 use newton::{Newton, Unsolved};
 use scheme::{Earlier, Scheme};
 use serde::{Deserialize, Serialize};
+pub(super) use sinking::SinkingRing;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Largest distance that a vertex may move in one step, in sigma: half of the default vertex diameter, `pi/512`.
@@ -259,5 +262,9 @@ impl Motion for ImplicitMotion {
 
     fn refused(&self) -> u64 {
         self.counts.refused
+    }
+
+    fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
+        descend(&mut SinkingRing::new(&mut self.ring, &mut self.effects, self.instruction_set), farthest, stop)
     }
 }

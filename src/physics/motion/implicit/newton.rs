@@ -47,6 +47,9 @@ pub(super) enum Unsolved {
     /// Even the positive parts gave no positive definite matrix, so the numbers are no longer finite.
     #[error("the positions are no longer finite")]
     NotFinite,
+    /// The second derivative is indefinite, so there need not be one minimum nearby.
+    #[error("the second derivative is indefinite")]
+    Indefinite,
 }
 
 #[derive(Debug)]
@@ -132,14 +135,45 @@ impl Newton {
         Err(Unsolved::NotConverged)
     }
 
+    /// Minimises Phi where it is convex, from the present displacement on, to a last correction below `precision`.
+    ///
+    /// # Errors
+    /// [`Unsolved::Indefinite`] where `w + U''` has a negative eigenvalue; else as [`minimise`](Self::minimise).
+    pub(super) fn minimise_convex(
+        &mut self,
+        ring: &mut Ring,
+        effects: &mut RingEffects,
+        precision: f64,
+    ) -> Result<(), Unsolved> {
+        self.potential.evaluate(&self.displacement, ring, effects);
+        for _ in 1..=MOST_ITERATIONS {
+            let Self { potential, correction, solver, .. } = self;
+            potential.assemble(ring, effects, Parts::All);
+            against(&potential.gradient, correction);
+            let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
+            let k = effects.area.stiffness;
+            if solver.solve_counting(self.instruction_set, &potential.stiffness, k, area, right) > 0 {
+                return Err(Unsolved::Indefinite);
+            }
+            let size = self.correction.largest(self.instruction_set);
+            if !size.is_finite() {
+                return Err(Unsolved::NotFinite);
+            }
+            if size <= precision {
+                self.go(ring, effects, 1.0, size);
+                return Ok(());
+            }
+            self.search(ring, effects, size);
+        }
+        Err(Unsolved::NotConverged)
+    }
+
     /// Newton's direction at the present positions.
     fn direct(&mut self, ring: &Ring, effects: &RingEffects) -> Result<(), Unsolved> {
         let Self { potential, correction, solver, .. } = self;
         for parts in [Parts::All, Parts::Positive] {
             potential.assemble(ring, effects, parts);
-            for (p, slope) in correction.parts_mut().into_iter().zip(potential.gradient.parts()) {
-                p.iter_mut().zip(slope).for_each(|(p, slope)| *p = -slope);
-            }
+            against(&potential.gradient, correction);
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
             let solved = solver.solve(self.instruction_set, &potential.stiffness, effects.area.stiffness, area, right);
             if solved.is_ok() {
@@ -185,5 +219,12 @@ impl Newton {
     /// `p Phi'`.
     fn slope(&self) -> f64 {
         on_instruction_set!(self.instruction_set, simd => self.correction.dot(simd, &self.potential.gradient))
+    }
+}
+
+/// Sets `direction` against the gradient.
+fn against(gradient: &Field, direction: &mut Field) {
+    for (p, slope) in direction.parts_mut().into_iter().zip(gradient.parts()) {
+        p.iter_mut().zip(slope).for_each(|(p, slope)| *p = -slope);
     }
 }

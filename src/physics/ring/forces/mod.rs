@@ -61,4 +61,9 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Adds the second derivatives of the energy. If a force leaves them out, the implicit integrator keeps the force
     /// constant within each iteration, which converges only if it is softer than `m/dt^2`.
     fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}
+
+    /// Whether [`add_stiffness`](Self::add_stiffness) supplies second derivatives.
+    fn has_stiffness(&self) -> bool {
+        true
+    }
 }

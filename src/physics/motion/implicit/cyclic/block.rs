@@ -141,3 +141,15 @@ impl<T: Number> Pivot<T> {
         (inverse, self.xx.is_positive() && determinant.is_positive())
     }
 }
+
+impl Pivot<f64> {
+    /// How many of its two eigenvalues are negative; what is not a number counts as negative.
+    pub(super) fn negative(self) -> usize {
+        let determinant = self.xx.times(self.yy, -(self.xy * self.xy));
+        match (determinant > 0.0, self.xx > 0.0) {
+            (true, true) => 0,
+            (true, false) => 2,
+            (false, _) => 1,
+        }
+    }
+}

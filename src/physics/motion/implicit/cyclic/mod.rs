@@ -82,6 +82,28 @@ impl CyclicSolver {
         on_instruction_set!(instruction_set, simd => solved.combine(simd, n, k, g, [bx, by]));
         Ok(())
     }
+
+    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b` for `k > 0` and any B, and returns how many eigenvalues
+    /// of `B + k g g^T` are negative. It is slower than [`solve`](Self::solve).
+    ///
+    /// The bordered matrix `[B, g; g^T, -1/k]` has as many negative eigenvalues as B and `-1/k - g B^-1 g` together, and
+    /// as `-1/k` and `B + k g g^T` together (Haynsworth). So the term of rank one takes one away where `1 + k g z < 0`.
+    pub(super) fn solve_counting(
+        &mut self,
+        instruction_set: InstructionSet,
+        matrix: &Stiffness,
+        k: f64,
+        g: [&[f64]; 2],
+        b: [&mut [f64]; 2],
+    ) -> usize {
+        let n = matrix.n;
+        let [bx, by] = b;
+        let solved = &mut self.solved;
+        let (negative, rows) = self.ring.solve_counting(&System { matrix, b: [&*bx, &*by], g });
+        rows.iter().enumerate().for_each(|(vertex, row)| solved.set(vertex, row.right));
+        let bordered = on_instruction_set!(instruction_set, simd => solved.combine(simd, n, k, g, [bx, by]));
+        if bordered < 0.0 { negative.saturating_sub(1) } else { negative }
+    }
 }
 
 #[cfg(test)]
@@ -160,6 +182,28 @@ mod tests {
             let (mut x, mut y) = (vec![1.0; n], vec![1.0; n]);
             let solved = CyclicSolver::new(n).solve(InstructionSet::new(), &m, 0.0, [&zero, &zero], [&mut x, &mut y]);
             prop_assert_eq!(solved.is_ok(), lowest > 0.0);
+        }
+
+        #[test]
+        fn negative_eigenvalues_are_counted_and_the_solution_is_right_all_the_same(
+            n in 3_usize..=40, shift in -2.0..5.0_f64, k in prop_oneof![1e-3..1.0_f64, 1.0..1e4_f64],
+            numbers in proptest::collection::vec(-1.0..1.0_f64, 9 * 40),
+        ) {
+            let mut numbers = numbers.into_iter();
+            let mut entry = || numbers.next().unwrap();
+            let m = matrix(n, shift, &mut entry);
+            let mut vector = || -> Vec<f64> { (0..n).map(|_| entry()).collect() };
+            let (gx, gy) = (vector(), vector());
+            let a = dense(&m, k, [&gx, &gy]);
+            let eigenvalues = a.symmetric_eigenvalues();
+            prop_assume!(eigenvalues.iter().all(|value| value.abs() > 1e-6));
+            let (mut x, mut y) = (vec![1.0; n], vec![-2.0; n]);
+            let counted =
+                CyclicSolver::new(n).solve_counting(InstructionSet::new(), &m, k, [&gx, &gy], [&mut x, &mut y]);
+            prop_assert_eq!(counted, eigenvalues.iter().filter(|value| **value < 0.0).count());
+            let got = DVector::from_fn(2 * n, |row, _| [&x, &y][row % 2][row / 2]);
+            let b = DVector::from_fn(2 * n, |row, _| [1.0, -2.0][row % 2]);
+            prop_assert!((&a * &got - &b).norm() < 1e-4 * (a.norm() * got.norm() + b.norm()));
         }
     }
 }

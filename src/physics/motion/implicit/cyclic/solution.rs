@@ -27,9 +27,16 @@ impl Solution {
         self.yy[vertex] = block.yy;
     }
 
-    /// Writes the solution with the term of rank one into `b`.
+    /// Writes the solution with the term of rank one into `b`; returns `1 + k g z`.
     #[inline(always)]
-    pub(super) fn combine<S: Instructions>(&self, simd: S, n: usize, k: f64, g: [&[f64]; 2], b: [&mut [f64]; 2]) {
+    pub(super) fn combine<S: Instructions>(
+        &self,
+        simd: S,
+        n: usize,
+        k: f64,
+        g: [&[f64]; 2],
+        b: [&mut [f64]; 2],
+    ) -> f64 {
         let [bx, by] = b;
         let zero = f64x8::splat(simd, 0.0);
         let (mut along, mut own) = (zero, zero);
@@ -53,5 +60,6 @@ impl Solution {
             bx[i] = self.xx[i] - share * self.xy[i];
             by[i] = self.yx[i] - share * self.yy[i];
         }
+        1.0 + k * own
     }
 }

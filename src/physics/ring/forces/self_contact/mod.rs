@@ -150,6 +150,10 @@ impl RingForce for SelfContact {
         on_instruction_set!(self.instruction_set, simd => self.add_with(simd, ring));
     }
 
+    fn has_stiffness(&self) -> bool {
+        false
+    }
+
     fn energy(&self, ring: &Ring) -> f64 {
         let simd = Fallback::new();
         let mut energy = 0.0;
