@@ -5,7 +5,7 @@
 //! q that is left to turn, 0 on the axis and `q_c = t + pi/2` on the wall, the equation has the first integral
 //!
 //! ```text
-//! k(q)^2 = k_c^2 + 4 m (sin^2(q_c/2) - sin^2(q/2)),      ds = dq/k,   dx = -sin q ds,   dy = cos q ds
+//! k(q)^2 = k_a^2 - 4 m sin^2(q/2),      ds = dq/k,   dx = -sin q ds,   dy = cos q ds
 //! ```
 //!
 //! so that `x = x_c + (k - k_c)/m` needs no integral, and height, length, area and moment are integrals over q. A
@@ -16,23 +16,22 @@ use crate::study::threshold::quadrature::Rule;
 use crate::study::threshold::throat::Mark;
 use std::f64::consts::FRAC_PI_2;
 
-/// The pressure over the tension, linear along x.
+/// The upper half of a surface that closes the droplet towards +x.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Load {
-    /// At x = 0, in 1/sigma.
-    pub(super) pressure: f64,
-    /// Its rise along x, in 1/sigma^2.
-    pub(super) slope: f64,
+pub(super) struct Surface {
+    /// Where it leaves the wall.
+    wall: [f64; 2],
+    /// The angle q_c that it turns from there to the axis.
+    turn: f64,
+    /// The rise m of the pressure over the tension along x.
+    slope: f64,
+    /// Its curvature k_c on the wall.
+    at_wall: f64,
+    /// Its curvature k_a on the axis.
+    at_axis: f64,
 }
 
-impl Load {
-    /// As seen in a mirror that stands at x = 0.
-    pub(super) fn mirrored(self) -> Self {
-        Self { slope: -self.slope, ..self }
-    }
-}
-
-/// Integrals over the upper half of a surface that closes the droplet towards +x.
+/// Integrals over a surface.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cap {
     /// How far the surface rises from the axis to its end; the right one ends on the wall.
@@ -47,84 +46,86 @@ pub(super) struct Cap {
     pub(super) apex: f64,
 }
 
-/// What the first integral needs: x and k at the wall, `sin^2(q_c/2)`, and the pressure.
-struct Surface {
-    x: f64,
-    curvature: f64,
-    turn: f64,
-    slope: f64,
-}
-
 impl Surface {
-    /// The curvature k and x at the angle q; `None` where there is no such surface.
+    /// The surface that leaves the wall at `mark` with this curvature; `None` if it does not come to the axis.
+    pub(super) fn from_wall(mark: &Mark, at_wall: f64, slope: f64) -> Option<Self> {
+        let squared = at_wall * at_wall + 4.0 * slope * half_sine_squared(mark.angle + FRAC_PI_2);
+        (at_wall > 0.0 && squared > 0.0).then(|| Self::between(mark, at_wall, squared.sqrt(), slope))
+    }
+
+    /// The surface that leaves the wall at `mark` and has this curvature on the axis; `None` if there is none.
+    pub(super) fn from_axis(mark: &Mark, at_axis: f64, slope: f64) -> Option<Self> {
+        let squared = at_axis * at_axis - 4.0 * slope * half_sine_squared(mark.angle + FRAC_PI_2);
+        (at_axis > 0.0 && squared > 0.0).then(|| Self::between(mark, squared.sqrt(), at_axis, slope))
+    }
+
+    fn between(mark: &Mark, at_wall: f64, at_axis: f64, slope: f64) -> Self {
+        Self { wall: mark.at, turn: mark.angle + FRAC_PI_2, slope, at_wall, at_axis }
+    }
+
+    /// Its curvature on the wall.
+    pub(super) fn at_wall(&self) -> f64 {
+        self.at_wall
+    }
+
+    /// The curvature k and x at the angle q.
     fn at(&self, angle: f64) -> Option<[f64; 2]> {
-        let half = libm::sin(0.5 * angle);
-        let left = self.turn - half * half;
-        let squared = self.curvature * self.curvature + 4.0 * self.slope * left;
+        let s = half_sine_squared(angle);
+        let squared = self.at_axis * self.at_axis - 4.0 * self.slope * s;
         (squared > 0.0).then(|| {
             let k = squared.sqrt();
-            [k, self.x + 4.0 * left / (k + self.curvature)]
+            [k, self.wall[0] + 4.0 * (half_sine_squared(self.turn) - s) / (k + self.at_wall)]
         })
     }
-}
 
-/// The surface that leaves the wall at `mark` towards +x; `None` if none does so under this load.
-pub(super) fn cap(mark: &Mark, load: Load, rule: &Rule) -> Option<Cap> {
-    let (begin, end) = (mark.angle + FRAC_PI_2, mark.at);
-    let mut cap = Cap::default();
-    walk(mark, load, [0.0, begin], rule, |[k, x, angle], weight| {
-        let (way, rise) = (weight / k, weight * libm::cos(angle) / k);
-        cap.length += way;
-        cap.height += rise;
-        cap.area += x * rise;
-        cap.moment += 0.5 * x * x * rise;
-    })?;
-    // Integrals of y dx by parts: y vanishes on the axis.
-    cap.area -= end[0] * end[1];
-    cap.moment -= 0.5 * end[0] * end[0] * end[1];
-    cap.apex = surface(mark, load)?.at(0.0)?[1];
-    Some(cap)
-}
-
-/// Points of the surface from the wall, which is left out, to the axis, at `count` even steps of the angle.
-pub(super) fn points(mark: &Mark, load: Load, rule: &Rule, count: usize) -> Option<Vec<[f64; 2]>> {
-    let (surface, begin) = (surface(mark, load)?, mark.angle + FRAC_PI_2);
-    let (mut y, mut points) = (0.0, Vec::with_capacity(count));
-    for step in 0..count {
-        let [from, to] = [step, step + 1].map(|k| begin * k as f64 / count as f64);
-        points.push([surface.at(from)?[1], y]);
-        walk(mark, load, [from, to], rule, |[k, _, angle], weight| y += weight * libm::cos(angle) / k)?;
+    /// Its integrals; `None` if the curvature changes sign on the way.
+    pub(super) fn cap(&self, rule: &Rule) -> Option<Cap> {
+        let mut cap = Cap { apex: self.at(0.0)?[1], ..Cap::default() };
+        self.walk([0.0, self.turn], rule, |[k, x, angle], weight| {
+            let (way, rise) = (weight / k, weight * libm::cos(angle) / k);
+            cap.length += way;
+            cap.height += rise;
+            cap.area += x * rise;
+            cap.moment += 0.5 * x * x * rise;
+        })?;
+        // Integrals of y dx by parts: y vanishes on the axis.
+        let [x, y] = self.wall;
+        cap.area -= x * y;
+        cap.moment -= 0.5 * x * x * y;
+        Some(cap)
     }
-    points.reverse();
-    Some(points)
-}
 
-fn surface(mark: &Mark, load: Load) -> Option<Surface> {
-    let (x, half) = (mark.at[0], libm::sin(0.5 * (mark.angle + FRAC_PI_2)));
-    let curvature = load.pressure + load.slope * x;
-    (curvature > 0.0).then_some(Surface { x, curvature, turn: half * half, slope: load.slope })
-}
-
-/// Visits the nodes of the rule between two angles, with k, x, the angle, and the weight.
-fn walk(
-    mark: &Mark,
-    load: Load,
-    [from, to]: [f64; 2],
-    rule: &Rule,
-    mut visit: impl FnMut([f64; 3], f64),
-) -> Option<()> {
-    let surface = surface(mark, load)?;
-    let [apex, _] = surface.at(0.0)?;
-    // Without a slope any b of the order of the angles will do.
-    let b = if load.slope < 0.0 { apex / (0.0625 * apex * apex - load.slope).sqrt() } else { 4.0 };
-    let [begin, end] = [from, to].map(|angle| libm::asinh(angle / b));
-    for [node, weight] in rule.nodes() {
-        let v = begin + (end - begin) * node;
-        let angle = b * libm::sinh(v);
-        let [k, x] = surface.at(angle)?;
-        visit([k, x, angle], weight * (end - begin) * b * libm::cosh(v));
+    /// Points of the surface from the wall, which is left out, to the axis, at `count` even steps of the angle.
+    pub(super) fn points(&self, rule: &Rule, count: usize) -> Option<Vec<[f64; 2]>> {
+        let (mut y, mut points) = (0.0, Vec::with_capacity(count));
+        for step in 0..count {
+            let [from, to] = [step, step + 1].map(|k| self.turn * k as f64 / count as f64);
+            points.push([self.at(from)?[1], y]);
+            self.walk([from, to], rule, |[k, _, angle], weight| y += weight * libm::cos(angle) / k)?;
+        }
+        points.reverse();
+        Some(points)
     }
-    Some(())
+
+    /// Visits the nodes of the rule between two angles, with k, x, the angle, and the weight.
+    fn walk(&self, ends: [f64; 2], rule: &Rule, mut visit: impl FnMut([f64; 3], f64)) -> Option<()> {
+        let apex = self.at_axis;
+        // Where the slope does not flatten the surface, any b of the order of the angles will do.
+        let b = if self.slope < 0.0 { apex / (0.0625 * apex * apex - self.slope).sqrt() } else { 4.0 };
+        let [begin, end] = ends.map(|angle| libm::asinh(angle / b));
+        for [node, weight] in rule.nodes() {
+            let v = begin + (end - begin) * node;
+            let angle = b * libm::sinh(v);
+            let [k, x] = self.at(angle)?;
+            visit([k, x, angle], weight * (end - begin) * b * libm::cosh(v));
+        }
+        Some(())
+    }
+}
+
+fn half_sine_squared(angle: f64) -> f64 {
+    let sine = libm::sin(0.5 * angle);
+    sine * sine
 }
 
 #[cfg(test)]
@@ -133,13 +134,13 @@ mod tests {
     use crate::study::threshold::throat::Throat;
 
     /// The same surface by small steps of `dq/ds = -k(x)` from the wall to the axis, of second order.
-    fn by_steps(mark: &Mark, load: Load) -> Cap {
+    fn by_steps(mark: &Mark, [pressure, slope]: [f64; 2]) -> Cap {
         let ([mut x, mut y], mut q, ds) = (mark.at, mark.angle + FRAC_PI_2, 2e-5);
         let mut cap = Cap { apex: mark.at[1], ..Cap::default() };
         while q > 0.0 {
-            let half = q - 0.5 * ds * (load.pressure + load.slope * x);
+            let half = q - 0.5 * ds * (pressure + slope * x);
             let (dx, dy) = (ds * libm::sin(half), -ds * libm::cos(half));
-            q -= ds * (load.pressure + load.slope * (x + 0.5 * dx));
+            q -= ds * (pressure + slope * (x + 0.5 * dx));
             cap.area += (y + 0.5 * dy) * dx;
             cap.moment += (x + 0.5 * dx) * (y + 0.5 * dy) * dx;
             (x, y, cap.length) = (x + dx, y + dy, cap.length + ds);
@@ -152,8 +153,10 @@ mod tests {
     fn a_surface_is_that_of_the_young_laplace_equation() {
         let throat = Throat::channel(0.5, 45.0, 0.1, 0.02);
         for (place, pressure, slope) in [(-0.3, 2.5, 1.0), (0.5, 3.0, 0.0), (1.1, 2.0, -1.0), (1.6, 7.0, -8.2)] {
-            let (mark, load) = (throat.mark(place), Load { pressure, slope });
-            let (exact, stepped) = (cap(&mark, load, &Rule::new(48)).expect("there is one"), by_steps(&mark, load));
+            let mark = throat.mark(place);
+            let surface = Surface::from_wall(&mark, pressure + slope * mark.at[0], slope).expect("there is one");
+            let exact = surface.cap(&Rule::new(48)).expect("it is convex");
+            let stepped = by_steps(&mark, [pressure, slope]);
             let both = |of: fn(&Cap) -> f64| (of(&exact), of(&stepped));
             let of: [fn(&Cap) -> f64; 5] =
                 [|cap| cap.height, |cap| cap.length, |cap| cap.area, |cap| cap.moment, |cap| cap.apex];
@@ -164,10 +167,19 @@ mod tests {
     }
 
     #[test]
-    fn no_surface_leaves_a_wall_that_presses_against_the_droplet_too_little() {
+    fn no_surface_leaves_a_wall_where_the_pressure_is_too_low() {
         let mark = Throat::channel(0.5, 45.0, 0.1, 0.02).mark(0.5);
-        let load = |pressure, slope| Load { pressure, slope };
-        assert!(cap(&mark, load(-1.0, 0.0), &Rule::new(16)).is_none());
-        assert!(cap(&mark, load(1.0, -9.0), &Rule::new(16)).is_none());
+        assert!(Surface::from_wall(&mark, -1.0, 0.0).is_none());
+        assert!(Surface::from_wall(&mark, 1.0, -9.0).is_none());
+    }
+
+    #[test]
+    fn a_surface_is_the_same_from_either_of_its_ends() {
+        let mark = Throat::channel(0.5, 45.0, 0.1, 0.02).mark(0.5);
+        for slope in [-3.0, 0.0, 2.0] {
+            let one = Surface::from_wall(&mark, 5.0, slope).expect("there is one");
+            let other = Surface::from_axis(&mark, one.at_axis, slope).expect("there is one");
+            assert!((other.at_wall() - 5.0).abs() < 1e-14);
+        }
     }
 }

@@ -12,7 +12,7 @@
 //!
 //! # Method
 //! The droplet lies between two walls that are mirror images in the axis along gravity, and so does its shape. `balance`
-//! has the four equations of a held droplet, in which `cap` gives the free surfaces, exact arcs of the Young-Laplace
+//! has the equations of a held droplet, in which `cap` gives the free surfaces, exact arcs of the Young-Laplace
 //! equation, and `throat` the contour of the walls. `passage` follows the solutions from the first touch to the throat.
 //! Nothing is discretised but the integrals along free surfaces (`quadrature`): with 48 nodes the threshold has ten
 //! digits where the gap is 0.1 sigma or wider.

@@ -1,24 +1,24 @@
 //! The way of a held droplet through a throat, and the steepest place on it.
 //!
 //! The path begins where a circle touches both walls. From there states are followed along their common tangent by steps of
-//! given length in the space of all five unknowns. So the path may also turn back in h, as it does at narrow throats
+//! given length in the space of all unknowns. So the path may also turn back in h, as it does at narrow throats
 //! where a droplet snaps forward.
 
 use crate::parameters::MASS;
 use crate::study::threshold::balance::{Balance, FRONT, H, PRESSURE, REAR, SLOPE, State, scales};
 use crate::study::threshold::quadrature::{DEFAULT_NODES, Rule};
 use crate::study::threshold::throat::Throat;
-use nalgebra::Vector5;
+use nalgebra::Vector6;
 use std::f64::consts::PI;
 
 /// The first, the longest and the shortest step along the path, in the scales of the unknowns.
-const STEPS: [f64; 3] = [5e-3, 0.04, 1e-9];
+const STEPS: [f64; 3] = [5e-3, 0.04, 1e-7];
 
 /// Newton steps after which the next step along the path is longer.
 const QUICK: usize = 3;
 
 /// Most steps of a path.
-const MOST_STEPS: usize = 20_000;
+const MOST_STEPS: usize = 4000;
 
 /// A slope below this at h = 0 is zero: the droplet is its own mirror image there.
 const LEVEL: f64 = 1e-6;
@@ -100,7 +100,7 @@ impl Passage {
         if throat.room() <= 0.0 {
             return none(End::Closed, balance);
         }
-        let (states, end) = follow(&balance, Vector5::new(1.0 / radius, 0.0, place, place, h))?;
+        let (states, end) = follow(&balance, Vector6::new(1.0 / radius, 0.0, place, place, h, -libm::log(radius)))?;
         let path = states.iter().filter_map(|state| held(&balance, state)).collect();
         let steepest = steepest(&balance, &states);
         Ok(Self { path, steepest, end, balance, states })
@@ -136,7 +136,7 @@ fn held(balance: &Balance, state: &State) -> Option<Held> {
 /// The states from the first touch on, and how they end.
 fn follow(balance: &Balance, begin: State) -> Result<(Vec<State>, End), PathLost> {
     let lost = |state: &State| PathLost { h: state[H], room: balance.throat.room() };
-    let (mut state, mut onwards) = (begin, Vector5::zeros());
+    let (mut state, mut onwards) = (begin, Vector6::zeros());
     onwards[H] = 1.0;
     let (mut states, [mut step, longest, shortest]) = (vec![begin], STEPS);
     for _ in 0..MOST_STEPS {
@@ -175,7 +175,7 @@ fn is_near(from: &State, to: &State, step: f64) -> bool {
 fn at_throat(balance: &Balance, before: &State, after: &State) -> Option<State> {
     let mut guess = before + (after - before) * (before[H] / (before[H] - after[H]));
     guess[H] = 0.0;
-    let mut fixed = Vector5::zeros();
+    let mut fixed = Vector6::zeros();
     fixed[H] = 1.0;
     balance.settle(&guess, &fixed).map(|(state, _)| state)
 }
