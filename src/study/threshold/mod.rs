@@ -36,8 +36,10 @@ mod balance;
 mod cap;
 mod passage;
 mod quadrature;
+mod scenes;
 mod throat;
 
 pub use passage::{End, Held, Passage, PathLost};
 pub use quadrature::DEFAULT_NODES;
+pub use scenes::{ThresholdError, ThroatScene, throats};
 pub use throat::Throat;
