@@ -20,7 +20,7 @@ Walls are hard, smooth and wetted; drag and inertia play no part, and neither do
 ";
 
 const ARRAYS: &str = "\
-Of an array this is its narrowest gap, between two discs side by side across gravity; other pairs hold droplets less.
+Of an array this is one pair of discs, at the smallest gap and side by side across gravity; it has other places, too.
 ";
 
 const AROUND: &str = "\

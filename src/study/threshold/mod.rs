@@ -18,9 +18,9 @@
 //! digits where the gap is 0.1 sigma or wider.
 //!
 //! # What it leaves out
-//! Droplets off the axis, which may go round two discs; the softness of walls and of the area; and among obstacles
-//! all discs but two that lie side by side across gravity. In an array Gamma_c of the smallest gap is therefore what the
-//! narrowest and best aligned pair of discs holds; droplets that meet other pairs pass at larger tensions.
+//! Droplets off the axis; the softness of walls and of the area; the springs of `dynamics = "vertex"`; and among
+//! obstacles all discs but two that lie side by side across gravity. Slanted pairs, and places among three discs, hold
+//! droplets at other tensions.
 //!
 //! ```
 //! use meniscus::parameters::MASS;
@@ -34,6 +34,8 @@
 
 mod balance;
 mod cap;
+#[cfg(test)]
+mod dynamics;
 mod passage;
 mod quadrature;
 mod scenes;
