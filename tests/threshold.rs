@@ -54,7 +54,7 @@ fn the_slope_is_that_of_the_perimeter() {
         let work: f64 =
             way.path.windows(2).map(|pair| 0.5 * (pair[0].slope + pair[1].slope) * (pair[1].h - pair[0].h)).sum();
         let [first, last] = [0, way.path.len() - 1].map(|k| way.path[k].perimeter);
-        assert!((work / (last - first) - 1.0).abs() < 3e-3, "{throat:?}: {work} {}", last - first);
+        assert!((work / (last - first) - 1.0).abs() < 5e-3, "{throat:?}: {work} {}", last - first);
     }
 }
 

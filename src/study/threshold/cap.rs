@@ -153,9 +153,14 @@ mod tests {
     fn a_surface_is_that_of_the_young_laplace_equation() {
         let throat = Throat::channel(0.5, 45.0, 0.1, 0.02);
         for (place, pressure, slope) in [(-0.3, 2.5, 1.0), (0.5, 3.0, 0.0), (1.1, 2.0, -1.0), (1.6, 7.0, -8.2)] {
-            let mark = throat.mark(place);
-            let surface = Surface::from_wall(&mark, pressure + slope * mark.at[0], slope).expect("there is one");
-            let exact = surface.cap(&Rule::new(48)).expect("it is convex");
+            let mut mark = throat.mark(place);
+            let cap = |mark: &Mark| {
+                let surface = Surface::from_wall(mark, pressure + slope * mark.at[0], slope).expect("there is one");
+                surface.cap(&Rule::new(48)).expect("it is convex")
+            };
+            // Put where it comes down to the axis.
+            mark.at[1] = cap(&mark).height;
+            let exact = cap(&mark);
             let stepped = by_steps(&mark, [pressure, slope]);
             let both = |of: fn(&Cap) -> f64| (of(&exact), of(&stepped));
             let of: [fn(&Cap) -> f64; 5] =

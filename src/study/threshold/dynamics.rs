@@ -28,6 +28,11 @@ enum Fate {
 
 /// What becomes of a liquid droplet of `n` vertices that comes down on the axis from `h`.
 fn fate<W: Walls>(walls: &Arc<W>, gamma: f64, n: usize, h: f64) -> Fate {
+    follow(walls, gamma, n, [h, 0.0]).0
+}
+
+/// The same for one that starts anywhere, and where its centroid is at last.
+fn follow<W: Walls>(walls: &Arc<W>, gamma: f64, n: usize, from: [f64; 2]) -> (Fate, [f64; 2]) {
     // The stiffness that campaigns take in channels.
     let k_w = (5e7 * gamma.max(1.0)).min(1e8) / n as f64;
     let potential = Potential {
@@ -42,21 +47,23 @@ fn fate<W: Walls>(walls: &Arc<W>, gamma: f64, n: usize, h: f64) -> Fate {
     };
     let (set, stop, step) = (best_instruction_set(), AtomicBool::new(false), 1.0 / 8.0);
     let dissipation = Dissipation::new(n, 1.0 / V_T, None, set);
-    let mut motion = DarcyMotion::start(ring(n), [h, 0.0], potential, dissipation, [step, 3e-4], set);
+    let mut motion = DarcyMotion::start(ring(n), from, potential, dissipation, [step, 3e-4], set);
+    let mut place = from;
     for _ in 0..2000 {
         if motion.advance(40, &stop).is_err() || motion.pinched().is_some() {
-            return Fate::Parted;
+            return (Fate::Parted, place);
         }
         motion.follow();
         let seen = motion.observe();
+        place = [seen.x, seen.y];
         if seen.x > 0.4 {
-            return Fate::Passed;
+            return (Fate::Passed, place);
         }
         if seen.kinetic < 1e-13 * 0.5 * MASS * V_T * V_T {
-            return Fate::Stuck;
+            break;
         }
     }
-    Fate::Stuck
+    (Fate::Stuck, place)
 }
 
 /// An even polygon of the droplet's area.
@@ -127,12 +134,20 @@ fn thresholds_of_dynamics_and_of_statics() {
         println!("{name}, N_v = {n}: statics {hard:.5}, with K_a {soft:.5}; dynamics {low:.5} ({last:?}) .. {high:.5}");
         println!("    off by {:.2} .. {:.2} %", off(low), off(high));
     };
+    for gap in [0.2, 0.3, 0.4] {
+        for share in [0.95, 1.05, 1.2, 1.5, 2.0] {
+            let gamma = share * threshold(Throat::discs(gap, SIGMA_OB, DELTA));
+            let begin = std::time::Instant::now();
+            let (fate, place) = follow(&pair(gap), gamma, 64, [-0.7, 0.0]);
+            println!("gap {gap}, {share}, {gamma:.4}: {fate:?} at {place:?}, {:.1} s", begin.elapsed().as_secs_f64());
+        }
+    }
     for n in [64, 96] {
-        for (w, tip) in [(0.4, 0.0), (0.7, 0.0), (0.9, 0.0), (0.4, 0.05), (0.7, 0.05), (0.9, 0.05)] {
+        for (w, tip) in [(0.7, 0.0), (0.9, 0.0), (0.7, 0.05), (0.9, 0.05), (0.4, 0.05)] {
             let (walls, throat) = (Arc::new(ChannelWalls::new(w, 45.0, tip)), Throat::channel(w, 45.0, tip, DELTA));
             line(format!("w = {w}, tip {tip}"), throat, n, bracket(&walls, n, threshold(throat), -0.7));
         }
-        for gap in [0.3, 0.5, 0.7] {
+        for gap in [0.5, 0.7] {
             let (walls, throat) = (pair(gap), Throat::discs(gap, SIGMA_OB, DELTA));
             line(format!("discs, gap {gap}"), throat, n, bracket(&walls, n, threshold(throat), -0.7));
         }
