@@ -24,7 +24,8 @@ Of an array this is one pair of discs, at the smallest gap and side by side acro
 ";
 
 const AROUND: &str = "\
-round: there the droplet folds round both discs from outside; below Gamma_c it does not stay, but does not go through.
+round: there the droplet folds round both discs from outside; below Gamma_c it does not stay, but does not go through,
+and above it stays on the axis alone, as it may slide off sideways.
 ";
 
 /// The table of all throats, channels first.

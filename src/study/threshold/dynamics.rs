@@ -108,7 +108,7 @@ fn off_a_narrow_pair_of_small_discs_it_slides_sideways_where_statics_on_the_axis
     let throat = Throat::discs(0.2, SIGMA_OB, DELTA);
     assert_eq!(Passage::of(throat, MASS).expect("it is followed").end, End::Around);
     let (gamma, walls, beside) = (threshold(throat), pair(0.2), [-0.8, 0.01]);
-    assert_eq!(follow(&walls, 1.6 * gamma, 64, beside).0, Fate::Stuck);
+    assert_eq!(follow(&walls, 8.0 * gamma, 64, beside).0, Fate::Stuck);
     let (soft, [_, y]) = follow(&walls, 1.2 * gamma, 64, beside);
     assert!(soft == Fate::Passed && y.abs() > 0.5, "{soft:?} at {y}");
 }
