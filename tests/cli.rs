@@ -232,21 +232,17 @@ fn thresholds_are_a_table_rows_and_a_plot_of_what_can_pass_and_need_no_store() {
     };
     campaign("scene = \"channel\"\n[grid]\nw = [0.4, 0.7]\ngamma = [0.1, 0.5, 3.0]\n");
     let arguments = ["threshold", "narrow.toml", "--format", "csv", "-o", "narrow.svg"];
-    let output = meniscus(dir, &arguments).assert().success().get_output().clone();
-    let rows = String::from_utf8(output.stdout).unwrap();
+    let rows = String::from_utf8(expect(0, dir, &arguments).stdout).unwrap();
     let passes: Vec<&str> = rows.lines().skip(1).filter_map(|row| row.rsplit(',').next()).collect();
     assert_eq!(passes, ["1", "0", "0", "1", "1", "0"], "{rows}");
     let plot = fs::read_to_string(dir.join("narrow.svg")).unwrap();
     assert_eq!((plot.matches("class=\"curve\"").count(), plot.matches("class=\"steepest\"").count()), (4, 4));
-    let table = meniscus(dir, &["threshold", "narrow.toml"]).assert().success().get_output().stdout.clone();
-    assert!(String::from_utf8(table).unwrap().contains("Gamma_c"));
-    meniscus(dir, &["threshold", "narrow.toml", "-o", "narrow.gif"])
-        .assert()
-        .failure()
-        .stderr(contains(".svg or .png"));
+    assert!(String::from_utf8(expect(0, dir, &["threshold", "narrow.toml"]).stdout).unwrap().contains("Gamma_c"));
+    let refusal = |arguments: &[&str]| String::from_utf8(expect(1, dir, arguments).stderr).unwrap();
+    assert!(refusal(&["threshold", "narrow.toml", "-o", "narrow.gif"]).contains(".svg or .png"));
     campaign("scene = \"plate\"\ngamma = 1.0\n");
-    let refused = meniscus(dir, &["threshold", "narrow.toml"]).assert().failure().code(1);
-    refused.stderr(contains("`narrow`").and(contains("channel_profiles.toml")));
+    let refused = refusal(&["threshold", "narrow.toml"]);
+    assert!(refused.contains("`narrow`") && refused.contains("channel_profiles.toml"), "{refused}");
     assert!(!dir.join("narrow.meniscus").exists());
 }
 
