@@ -223,6 +223,30 @@ fn a_channel_has_mean_speeds_and_no_decay_length() {
 }
 
 #[test]
+fn thresholds_are_a_table_rows_and_a_plot_of_what_can_pass_and_need_no_store() {
+    let folder = folder();
+    let dir = folder.path();
+    let campaign = |scene: &str| {
+        let text = format!("name = \"narrow\"\nmodel = \"DP\"\nruns_per_point = 1\n{scene}");
+        fs::write(dir.join("narrow.toml"), text).unwrap();
+    };
+    campaign("scene = \"channel\"\n[grid]\nw = [0.4, 0.7]\ngamma = [0.1, 0.5, 3.0]\n");
+    let arguments = ["threshold", "narrow.toml", "--format", "csv", "-o", "narrow.svg"];
+    let rows = String::from_utf8(expect(0, dir, &arguments).stdout).unwrap();
+    let passes: Vec<&str> = rows.lines().skip(1).filter_map(|row| row.rsplit(',').next()).collect();
+    assert_eq!(passes, ["1", "0", "0", "1", "1", "0"], "{rows}");
+    let plot = fs::read_to_string(dir.join("narrow.svg")).unwrap();
+    assert_eq!((plot.matches("class=\"curve\"").count(), plot.matches("class=\"steepest\"").count()), (4, 4));
+    assert!(String::from_utf8(expect(0, dir, &["threshold", "narrow.toml"]).stdout).unwrap().contains("Gamma_c"));
+    let refusal = |arguments: &[&str]| String::from_utf8(expect(1, dir, arguments).stderr).unwrap();
+    assert!(refusal(&["threshold", "narrow.toml", "-o", "narrow.gif"]).contains(".svg or .png"));
+    campaign("scene = \"plate\"\ngamma = 1.0\n");
+    let refused = refusal(&["threshold", "narrow.toml"]);
+    assert!(refused.contains("`narrow`") && refused.contains("channel_profiles.toml"), "{refused}");
+    assert!(!dir.join("narrow.meniscus").exists());
+}
+
+#[test]
 fn accuracy_says_first_how_long_it_takes() {
     let folder = folder();
     let dir = folder.path();

@@ -5,9 +5,9 @@ use crate::campaign::file::Campaign;
 use crate::cli::effort::{Effort, lasts, remark_on, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, say, typed, write_file};
-use crate::cli::{CommandResult, Exit};
+use crate::cli::{CommandResult, Exit, picture_kind};
 use crate::execute::{self, RunReport};
-use crate::parameters::{JobId, PointId, shown};
+use crate::parameters::{JobId, PointId};
 use crate::report::accuracy::{Origin, page, text};
 use crate::report::{error_plot, raster};
 use crate::results::fits::RunRecord;
@@ -64,9 +64,7 @@ impl Arguments {
             (None, false) => Campaign::parse("campaigns/accuracy.toml", SHORT)?,
         };
         campaign.blocks.iter().try_for_each(|block| parts(&block.name).map(drop))?;
-        if let Some(odd) = self.plot.iter().find(|path| picture_kind(path).is_none()) {
-            return Err(format!("{} is not a picture that can be written: name it .svg or .png", shown(odd)).into());
-        }
+        self.plot.iter().try_for_each(|path| picture_kind(path).map(drop))?;
         let dir = self.effort.store(&campaign.name);
         tell_cost(&campaign, &dir, options.threads, quiet)?;
         let mut display = Display::new(&dir, quiet, self.effort.remark());
@@ -109,7 +107,7 @@ impl Arguments {
         }
         for path in &plots {
             match picture_kind(path) {
-                Some("png") => write_file(path, raster::png(&svg, ZOOM)?)?,
+                Ok("png") => write_file(path, raster::png(&svg, ZOOM)?)?,
                 _ => write_file(path, &svg)?,
             }
         }
@@ -130,11 +128,6 @@ fn tell_cost(campaign: &Campaign, dir: &Path, threads: usize, quiet: bool) -> Re
         say(format!("{} runs, at most about {time} on {threads} threads; clogs end runs earlier", plan.jobs.len()));
     }
     Ok(())
-}
-
-fn picture_kind(path: &Path) -> Option<&'static str> {
-    let extension = path.extension()?.to_str()?;
-    ["svg", "png"].into_iter().find(|kind| *kind == extension)
 }
 
 /// What the store holds of each point, its runs by seed; time series only where something is read off them.

@@ -20,6 +20,7 @@ mod replay;
 mod run;
 mod status;
 mod talk;
+mod threshold;
 
 use crate::store;
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -76,6 +77,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Find line tension and near-wall drag of a droplet from an experiment's frames
     Calibrate(calibrate::Arguments),
+    /// Say which droplets of a campaign can pass, by statics alone: Gamma_c of each channel and gap
+    Threshold(threshold::Arguments),
     /// Say what may stand in a campaign file: every key with its unit, range and default
     Keys(keys::Arguments),
     /// Write the JSON Schema of campaign files, by which editors complete and check them
@@ -121,6 +124,7 @@ impl Cli {
             Command::Accuracy(arguments) => arguments.run(self.quiet),
             Command::Replay(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(self.quiet),
+            Command::Threshold(arguments) => arguments.run(self.quiet),
             Command::Keys(arguments) => arguments.run(),
             Command::Schema(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
@@ -146,6 +150,13 @@ impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> Self {
         Self::from(exit as u8)
     }
+}
+
+/// `svg` or `png`, by the name of a picture.
+fn picture_kind(path: &Path) -> Result<&'static str, String> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let kind = ["svg", "png"].into_iter().find(|kind| *kind == extension);
+    kind.ok_or_else(|| format!("{} is not a picture that can be written: name it .svg or .png", path.display()))
 }
 
 /// The store asked for, or `NAME.meniscus` in the current directory.

@@ -8,6 +8,7 @@
 //! | decay lengths and mean speeds | [`tables`]; `parameters` tells which columns vary |
 //! | what accuracy costs | [`accuracy`], `error_plot` |
 //! | a calibration | `calibration`, `profile_plot` |
+//! | thresholds of passage | `threshold` |
 //! | a droplet at one instant | `droplet`: `surroundings`, `trail`, `forces`, `signs`, `caption`, placed by `view` |
 //! | the keys of campaign files | `keys` |
 //! | pixels | `raster` for PNG, `animation` for GIF |
@@ -35,5 +36,6 @@ pub(crate) mod surroundings;
 mod svg;
 pub mod tables;
 pub(crate) mod text_table;
+pub(crate) mod threshold;
 mod trail;
 pub(crate) mod view;

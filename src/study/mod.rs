@@ -9,6 +9,7 @@
 //! | [`fits`] | both, for every grid point |
 //! | [`accuracy`] | how wrong are the numbers, and what does a better one cost? |
 //! | [`calibrate`] | what are the line tension and the near-wall drag of a droplet that was filmed? |
+//! | [`threshold`] | up to which line tension does it pass a narrow place, by statics alone? |
 //!
 //! Read [`survival`] first. No answer depends on the order of the runs or on the number of threads: runs are sorted
 //! first, and the bootstrap draws from ChaCha8 with a fixed seed.
@@ -20,3 +21,4 @@ pub mod fits;
 mod random;
 pub mod speed;
 pub mod survival;
+pub mod threshold;
