@@ -22,6 +22,7 @@ mod status;
 mod talk;
 mod threshold;
 
+use crate::parameters::shown;
 use crate::store;
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::error::Error;
@@ -156,7 +157,7 @@ impl From<Exit> for ExitCode {
 fn picture_kind(path: &Path) -> Result<&'static str, String> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let kind = ["svg", "png"].into_iter().find(|kind| *kind == extension);
-    kind.ok_or_else(|| format!("{} is not a picture that can be written: name it .svg or .png", path.display()))
+    kind.ok_or_else(|| format!("{} is not a picture that can be written: name it .svg or .png", shown(path)))
 }
 
 /// The store asked for, or `NAME.meniscus` in the current directory.
