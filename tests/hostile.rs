@@ -2,7 +2,7 @@
 //! runs, no command aborts, hangs, or takes the memory.
 //!
 //! Each test has what was once tried with success, and a relative of its kind. `hostile/fuzz.rs` makes many more.
-#![allow(clippy::unwrap_used, reason = "helpers of tests are tests too")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]
 
 mod common;
 #[path = "hostile/dump.rs"]

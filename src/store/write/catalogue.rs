@@ -31,8 +31,11 @@ pub(in crate::store) fn list(conn: &Connection) -> rusqlite::Result<Vec<Catalogu
     files.collect()
 }
 
+/// Keys of rows and the names in them, which are none of sample files.
+pub(in crate::store) type ForeignNames = Vec<(i64, String)>;
+
 /// The files of the catalogue whose names are those of sample files; and the keys and names of the others.
-pub(in crate::store) fn sorted_out(conn: &Connection) -> rusqlite::Result<(Vec<CataloguedFile>, Vec<(i64, String)>)> {
+pub(in crate::store) fn sorted_out(conn: &Connection) -> rusqlite::Result<(Vec<CataloguedFile>, ForeignNames)> {
     let mut statement = conn.prepare_cached(FILES)?;
     let (mut rows, mut files, mut foreign) = (statement.query([])?, Vec::new(), Vec::new());
     while let Some(row) = rows.next()? {
