@@ -46,6 +46,7 @@ limits = { t_max = 50.0 }
 name = "long"
 density = 0.01
 limits = { t_max = 1e9, distance = "none" }
+sample_every = 1000.0
 "#;
 
 fn folder(campaign: &str) -> tempfile::TempDir {
