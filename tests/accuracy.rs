@@ -169,7 +169,8 @@ fn lambda_is_known_no_better_than_so_few_arrays_can_tell() {
         let recorded = accuracy.table(String::new());
         recorded.kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).collect()
     };
-    // Six droplets clog in the same places at every setting. Of six others three may not, here and on still finer rings.
+    // Six droplets clog in the same places at every setting. Of six others three may not, here and on still finer
+    // rings.
     let alike = errors(&|_, seed| 5.0 + seed as f64);
     assert!(alike[..3].iter().all(|error| (1.0..1.01).contains(error)), "{alike:?}");
     assert!((0.5..0.51).contains(&alike[3]), "the finest ring is what the others are held against");

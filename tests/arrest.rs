@@ -73,8 +73,8 @@ fn arrested_from(run: &Trajectory, clog: &Clog) -> f64 {
     (0..samples.len()).rev().find(moves).map_or(0.0, |i| samples.t[i])
 }
 
-/// Two equilibria nearer than this are one place, in sigma. Where the vertices of a coarse ring lie along its outline is
-/// not the same in both, because steps of other lengths turn them by another share of an edge.
+/// Two equilibria nearer than this are one place, in sigma. Where the vertices of a coarse ring lie along its outline
+/// is not the same in both, because steps of other lengths turn them by another share of an edge.
 const SAME_PLACE: f64 = 2e-3;
 
 /// What became of cut runs.
@@ -86,8 +86,8 @@ struct Counts {
     after: u32,
     found: u32,
     misplaced: u32,
-    /// Cuts before the arrest or of a run that does not clog, and those of them that are told as arrested elsewhere than
-    /// where the run clogs.
+    /// Cuts before the arrest or of a run that does not clog, and those of them that are told as arrested elsewhere
+    /// than where the run clogs.
     before: u32,
     gained: u32,
     /// Those that were slower than V_t/100.

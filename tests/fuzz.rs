@@ -1,7 +1,7 @@
 //! Arbitrary bytes as campaign files and as stores: no panic, no hang, no endless memory.
 //!
-//! Inputs are mutated valid files, two files spliced, and pure noise. Each input is made from its number alone, so a failure
-//! names what to run again. A few run with the other tests; these lines run many, or one of them:
+//! Inputs are mutated valid files, two files spliced, and pure noise. Each input is made from its number alone, so a
+//! failure names what to run again. A few run with the other tests; these lines run many, or one of them:
 //!
 //! ```text
 //! MENISCUS_FUZZ_INPUTS=500000 cargo test --release --test fuzz -- --nocapture --test-threads 2

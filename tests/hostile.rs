@@ -1,5 +1,5 @@
-//! Stores, dumps and campaign files that a stranger made: nothing outside of the store is touched, nothing planted in it
-//! runs, no command aborts, hangs, or takes the memory.
+//! Stores, dumps and campaign files that a stranger made: nothing outside of the store is touched, nothing planted in
+//! it runs, no command aborts, hangs, or takes the memory.
 //!
 //! Each test has what was once tried with success, and a relative of its kind. `hostile/fuzz.rs` makes many more.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]

@@ -1,7 +1,8 @@
-//! The layers hold: every folder of `src/` imports only from those before it, and no two neighbours import each other in a circle.
+//! The layers hold: every folder of `src/` imports only from those before it, and no two neighbours import each other
+//! in a circle.
 //!
-//! The test reads the `use` lines and the paths of the sources as text. Documentation, comments, strings and inline test modules do
-//! not count: a test may look at anything.
+//! The test reads the `use` lines and the paths of the sources as text. Documentation, comments, strings and inline
+//! test modules do not count: a test may look at anything.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -160,8 +160,8 @@ fn man_shows_the_main_page_and_one_of_each_subcommand() {
     assert!(run.contains("deadline") && run.contains("CAMPAIGN"), "{run}");
 }
 
-/// Bad campaigns that break what the schema cannot know: conditions on several keys or numbers, what blocks inherit, and
-/// numbers that JSON does not have.
+/// Bad campaigns that break what the schema cannot know: conditions on several keys or numbers, what blocks inherit,
+/// and numbers that JSON does not have.
 const BEYOND_A_SCHEMA: [&str; 22] = [
     "adaptive_for_vertex",
     "bond_and_gamma",

@@ -9,13 +9,16 @@ use crate::parameters::{
 };
 use crate::physics::simulate::stability::StabilityLimit;
 
-/// Largest side of a box, in spacings of its obstacles: to place them then takes up to 3 GB, or 10 GB where they are
-/// dense.
+/// Largest side of a box, in spacings of its obstacles. Cells are counted with 16 bits.
 const LARGEST_BOX: f64 = 10_000.0;
 
-/// Most memory of one array, of what one run records, in bytes; and most steps of a run.
+/// Most memory that placing the obstacles of one array may take, in bytes.
 const LARGEST_ARRAY: f64 = 4e9;
+
+/// Most memory that the record of one run may take, in bytes.
 const LARGEST_RECORD: f64 = 1e9;
+
+/// Most steps of a run.
 const MOST_STEPS: f64 = 1e12;
 
 /// Coverage of the plane by discs at which random sequential addition jams.
@@ -51,8 +54,8 @@ pub(crate) fn breaches(point: &Point, limit: &StabilityLimit) -> Vec<Breach> {
     out_of_range(point).chain(together.into_iter().flatten()).collect()
 }
 
-/// Refuses a point that no campaign file can make, wherever it comes from: stores and dumps hold points too, and a stranger
-/// may have made them.
+/// Refuses a point that no campaign file can make, wherever it comes from: stores and dumps hold points too, and a
+/// stranger may have made them.
 ///
 /// # Errors
 /// What is wrong with the first parameter at fault, and what is allowed.

@@ -33,8 +33,8 @@ pub(crate) fn record_bytes(point: &Point) -> RecordBytes {
     RecordBytes { samples: SAMPLE * times(point.sample_every), shapes: shapes * (SHAPE + VERTEX * vertices) }
 }
 
-/// What an array of obstacles takes while its discs are placed, in bytes. The discs of a saturated array are placed where
-/// droplets come, so what it takes grows with their way; counted is a way of 1000 sigma.
+/// What an array of obstacles takes while its discs are placed, in bytes. The discs of a saturated array are placed
+/// where droplets come, so what it takes grows with their way; counted is a way of 1000 sigma.
 pub(crate) fn array_bytes(field: &ObstacleField) -> f64 {
     let spacing = field.sigma_ob + field.w_ob;
     let cells = (field.box_size / (spacing * std::f64::consts::FRAC_1_SQRT_2) + 1.0).powi(2);
@@ -53,8 +53,8 @@ pub(crate) fn array_bytes(field: &ObstacleField) -> f64 {
     }
 }
 
-/// What a run of this point takes at most, in bytes. What it records is there three times while it is saved: as it is, as
-/// the snapshot, and as the bytes of the file.
+/// What a run of this point takes at most, in bytes. What it records is there three times while it is saved: as it is,
+/// as the snapshot, and as the bytes of the file.
 pub(crate) fn run_bytes(point: &Point) -> f64 {
     let array = match &point.scene {
         Scene::Obstacles(field) => array_bytes(field),
@@ -74,5 +74,40 @@ pub(crate) fn size(bytes: f64) -> String {
         bytes if bytes >= 1e9 => format!("{:.1} GB", bytes / 1e9),
         bytes if bytes >= 1e6 => format!("{:.0} MB", bytes / 1e6),
         bytes => format!("{:.0} KB", (bytes / 1e3).ceil()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::Deformable;
+
+    fn field(density: f64, box_size: f64) -> ObstacleField {
+        ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(density), box_size }
+    }
+
+    #[test]
+    fn samples_and_shapes_take_memory_in_proportion_to_their_number() {
+        let mut point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Obstacles(field(0.5, 50.0)));
+        point.limits.t_max = 1e6;
+        point.sample_every = 10.0;
+        assert_eq!(record_bytes(&point).samples, 64.0 * (1e5 + 2.0));
+        let alone = record_bytes(&point).shapes;
+        point.shapes_every = Some(10.0);
+        assert_eq!(record_bytes(&point).shapes, alone / 2.0 * (1e5 + 2.0));
+        assert!(run_bytes(&point) > 3.0 * (record_bytes(&point).samples + record_bytes(&point).shapes));
+    }
+
+    #[test]
+    fn the_memory_of_an_array_grows_with_the_area_of_its_box() {
+        let ratio = array_bytes(&field(2.0, 2000.0)) / array_bytes(&field(2.0, 1000.0));
+        assert!((ratio - 4.0).abs() < 0.01, "{ratio}");
+        assert!(array_bytes(&field(2.0, 5000.0)) > 4e9 && array_bytes(&field(0.39, 1000.0)) < 1e9);
+    }
+
+    #[test]
+    fn sizes_are_told_in_the_unit_that_fits() {
+        let told = [3e9, 2.5e6, 1.0].map(size);
+        assert_eq!(told, ["3.0 GB", "2 MB", "1 KB"].map(str::to_owned));
     }
 }

@@ -5,11 +5,11 @@ use crate::campaign::file::Campaign;
 use crate::cli::effort::{Effort, lasts, remark_on, tell_stopped};
 use crate::cli::progress::Display;
 use crate::cli::talk::{print, say, typed, write_file};
-use crate::cli::{CommandResult, Exit, picture_kind};
+use crate::cli::{CommandResult, Exit, picture_kind, write_picture};
 use crate::execute::{self, RunReport};
 use crate::parameters::{JobId, PointId};
 use crate::report::accuracy::{Origin, page, text};
-use crate::report::{error_plot, raster};
+use crate::report::error_plot;
 use crate::results::fits::RunRecord;
 use crate::store::{Origins, StoreError, origins, records};
 use crate::study::accuracy::{self, Accuracy, parts};
@@ -20,9 +20,6 @@ use std::path::{Path, PathBuf};
 /// The campaigns that come with the program: under ten minutes on two quiet cores, and a night.
 const SHORT: &str = include_str!("../../campaigns/accuracy.toml");
 const FULL: &str = include_str!("../../campaigns/accuracy_full.toml");
-
-/// How much larger than its SVG the PNG is.
-const ZOOM: f32 = 2.0;
 
 /// Arguments of `accuracy`.
 #[derive(Debug, clap::Args)]
@@ -106,10 +103,7 @@ impl Arguments {
             write_file(file, page(accuracy, &origin))?;
         }
         for path in &plots {
-            match picture_kind(path) {
-                Ok("png") => write_file(path, raster::png(&svg, ZOOM)?)?,
-                _ => write_file(path, &svg)?,
-            }
+            write_picture(path, &svg)?;
         }
         if let Some(path) = &self.record {
             let table = toml::to_string(&accuracy.table(measured(dir)?))?;

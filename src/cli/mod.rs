@@ -22,12 +22,17 @@ mod status;
 mod talk;
 mod threshold;
 
+use crate::cli::talk::write_file;
 use crate::parameters::shown;
+use crate::report::raster::png;
 use crate::store;
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+
+/// How much larger than its SVG a PNG is.
+const PNG_ZOOM: f32 = 2.0;
 
 /// What a subcommand returns: how to exit, or an error to be shown.
 type CommandResult = Result<Exit, Box<dyn Error>>;
@@ -158,6 +163,15 @@ fn picture_kind(path: &Path) -> Result<&'static str, String> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let kind = ["svg", "png"].into_iter().find(|kind| *kind == extension);
     kind.ok_or_else(|| format!("{} is not a picture that can be written: name it .svg or .png", shown(path)))
+}
+
+/// Writes a picture, given as SVG, in the form that the name of its file asks for.
+fn write_picture(path: &Path, svg: &str) -> Result<(), Box<dyn Error>> {
+    match picture_kind(path)? {
+        "png" => write_file(path, png(svg, PNG_ZOOM)?)?,
+        _ => write_file(path, svg)?,
+    }
+    Ok(())
 }
 
 /// The store asked for, or `NAME.meniscus` in the current directory.

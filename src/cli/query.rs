@@ -70,14 +70,18 @@ impl Arguments {
             (_, Some(path)) if path.as_os_str() != "-" => read(path),
             _ => {
                 let mut sql = String::new();
-                let read = std::io::stdin().take(LONGEST_STATEMENT).read_to_string(&mut sql);
-                read.map(|_| sql).map_err(|error| format!("cannot read the statement from stdin: {error}"))
+                let read = std::io::stdin().take(LONGEST_STATEMENT + 1).read_to_string(&mut sql);
+                read.map_err(|error| format!("cannot read the statement from stdin: {error}"))?;
+                match sql.len() as u64 {
+                    0..=LONGEST_STATEMENT => Ok(sql),
+                    _ => Err(format!("the statement on stdin is longer than {LONGEST_STATEMENT} bytes: shorten it")),
+                }
             }
         }
     }
 }
 
-/// Longest statement, in bytes: SQLite takes no longer ones.
+/// Longest statement, in bytes. People write shorter ones; a device such as /dev/zero has no end.
 const LONGEST_STATEMENT: u64 = 1 << 20;
 
 fn read(path: &Path) -> Result<String, String> {

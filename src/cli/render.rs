@@ -2,7 +2,7 @@
 
 use crate::campaign::checks;
 use crate::cli::talk::{print, print_data, say, typed, write_file};
-use crate::cli::{CommandResult, Exit, whole_store};
+use crate::cli::{CommandResult, Exit, PNG_ZOOM, whole_store};
 use crate::parameters::{JobId, JobState, plain, shown};
 use crate::report::animation::gif;
 use crate::report::caption::Caption;
@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 /// Fewest digits of an id that are looked up.
 const FEWEST_DIGITS: usize = 4;
 
-/// Enlargement of PNG and of GIF.
-const ZOOM: (f32, f32) = (2.0, 0.75);
+/// Enlargement of a GIF.
+const GIF_ZOOM: f32 = 0.75;
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
@@ -109,10 +109,10 @@ impl Arguments {
         }
         Ok(match kind {
             Kind::Svg => picture.svg(last, &view).into_bytes(),
-            Kind::Png => png(&picture.svg(last, &view), ZOOM.0)?,
+            Kind::Png => png(&picture.svg(last, &view), PNG_ZOOM)?,
             Kind::Gif => {
                 let views = if self.path { vec![view; outlines.len()] } else { View::following(&outlines) };
-                gif(outlines.len(), ZOOM.1, |k| {
+                gif(outlines.len(), GIF_ZOOM, |k| {
                     let caption = Caption { at_end: k + 1 == outlines.len(), ..caption };
                     Picture { caption, ..picture }.svg(&outlines[k], &views[k])
                 })?

@@ -58,8 +58,8 @@ const PATIENCE: Timespec = Timespec { tv_sec: 1, tv_nsec: 0 };
 const NO_PATIENCE: Timespec = Timespec { tv_sec: 0, tv_nsec: 0 };
 static WAITED_IN_VAIN: AtomicBool = AtomicBool::new(false);
 
-/// Stderr for talk that need not be heard. If the pipe is broken, the disk full, or nobody reads on, the program goes on
-/// all the same: its work and its exit code do not depend on that.
+/// Stderr for talk that need not be heard. If the pipe is broken, the disk full, or nobody reads on, the program goes
+/// on all the same: its work and its exit code do not depend on that.
 struct Talk;
 
 impl Write for Talk {

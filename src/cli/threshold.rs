@@ -2,17 +2,13 @@
 
 use crate::campaign::file::Campaign;
 use crate::cli::output::deliver;
-use crate::cli::talk::{say, typed, write_file};
-use crate::cli::{CommandResult, picture_kind};
-use crate::report::raster::png;
+use crate::cli::talk::{say, typed};
+use crate::cli::{CommandResult, picture_kind, write_picture};
 use crate::report::threshold::{COLUMNS, rows, svg, text};
 use crate::store::{Format, write_rows};
 use crate::study::threshold::throats;
 use std::io::Write;
 use std::path::PathBuf;
-
-/// How much larger than its SVG the PNG is.
-const ZOOM: f32 = 2.0;
 
 /// Arguments of `threshold`.
 #[derive(Debug, clap::Args)]
@@ -39,15 +35,12 @@ pub(super) struct Arguments {
 impl Arguments {
     /// Runs the subcommand.
     pub(super) fn run(&self, quiet: bool) -> CommandResult {
-        let kind = self.output.as_deref().map(picture_kind).transpose()?;
+        self.output.as_deref().map(picture_kind).transpose()?;
         let campaign = Campaign::load(&self.campaign)?;
         let scenes = throats(&campaign)?;
-        if let (Some(path), Some(kind)) = (&self.output, kind) {
+        if let Some(path) = &self.output {
             let picture = svg(&format!("Least perimeter of a held droplet: {}", campaign.name), &scenes);
-            match kind {
-                "png" => write_file(path, png(&picture, ZOOM)?)?,
-                _ => write_file(path, &picture)?,
-            }
+            write_picture(path, &picture)?;
             if !quiet {
                 say(format!("wrote {}", typed(path)));
             }

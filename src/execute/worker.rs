@@ -71,8 +71,8 @@ impl Work<'_> {
         Ok(Note::Ended(JobEnd { how, expected_s: planned.expected_s, creeps }))
     }
 
-    /// Computes a job from its checkpoint, from where a shorter job ended, or from its beginning, and measures the wall time spent on it so far. Leaves
-    /// a checkpoint if it is told to stop, and a dump if the job fails.
+    /// Computes a job from its checkpoint, from where a shorter job ended, or from its beginning, and measures the wall
+    /// time spent on it so far. Leaves a checkpoint if it is told to stop, and a dump if the job fails.
     fn compute(&self, planned: &PlannedJob) -> (Computed, f64) {
         let checkpoint = self.keeping.load(planned);
         let mut is_checkpoint = checkpoint.is_some();

@@ -21,6 +21,9 @@ pub(crate) const PAPER_KAPPA: f64 = 1e-3;
 /// The default of `step_error`, in sigma.
 pub(crate) const STEP_ERROR: f64 = 3e-4;
 
+/// Most vertices of a ring.
+pub(crate) const MOST_VERTICES: usize = 4096;
+
 /// Parameters of the deformable particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Deformable {

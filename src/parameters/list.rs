@@ -1,14 +1,14 @@
 //! The list of parameters. Campaign files, the columns of the store, captions, tables and messages all read it.
 //!
 //! A new parameter needs a field of [`Point`], or of one of its parts, a row here, and a column of `points` and of the
-//! views (`migrations/`). The order of the rows is that of tables and messages. Model and scene come first, because they
-//! settle which parts a point has.
+//! views (`migrations/`). The order of the rows is that of tables and messages. Model and scene come first, because
+//! they settle which parts a point has.
 
 use crate::parameters::interval::{above, at_least, between};
 use crate::parameters::parameter::{Applies, Field, Held, Parameter, Value, parameter};
 use crate::parameters::{
     Channel, ContactKind, Deformable, Density, Dynamics, Engulfed, GravityForm, IntegratorChoice, Interval, LoneDisc,
-    Model, ObstacleField, PAPER_ALPHA, Point, STEP_ERROR, Scene, SelfContact, Soft, WallStiffness,
+    MOST_VERTICES, Model, ObstacleField, PAPER_ALPHA, Point, STEP_ERROR, Scene, SelfContact, Soft, WallStiffness,
 };
 
 const DP: Applies = Applies::Model("DP");
@@ -73,7 +73,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter("k_a", "area stiffness", field!(ring.k_a))
         .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma"),
     parameter("n_vertices", "vertices of the ring", field!(ring.n_vertices))
-        .of(DP).whole_or("auto", between(8.0, 4096.0)).caption()
+        .of(DP).whole_or("auto", between(8.0, MOST_VERTICES as f64)).caption()
         .auto("256; under dynamics = \"darcy\" 64, or up to 192 for soft droplets among obstacles"),
     parameter("e_w", "wall stiffness of the whole ring", field!(ring.e_w))
         .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma")

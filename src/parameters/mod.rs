@@ -21,7 +21,7 @@ pub use choices::{
     ContactKind, Dynamics, Engulfed, GravityForm, Integrator, IntegratorChoice, SelfContact, WallStiffness,
 };
 pub use droplet::{Deformable, Model, Soft};
-pub(crate) use droplet::{PAPER_KAPPA, STEP_ERROR};
+pub(crate) use droplet::{MOST_VERTICES, PAPER_KAPPA, STEP_ERROR};
 pub use identity::{BadId, JobId, PHYSICS_VERSION, PointId};
 pub use interval::Interval;
 pub(crate) use interval::{above, between};

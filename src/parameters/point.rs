@@ -80,8 +80,8 @@ impl Point {
         serde_json::to_string(self).expect("a point holds only plain numbers and names")
     }
 
-    /// Identity of the course of its droplets, which time limit and distance only cut off: points that differ in nothing
-    /// else share it.
+    /// Identity of the course of its droplets, which time limit and distance only cut off: points that differ in
+    /// nothing else share it.
     pub(crate) fn course(&self) -> PointId {
         let limits = Limits { t_max: 0.0, distance: None, ..self.limits.clone() };
         Self { limits, ..self.clone() }.id()

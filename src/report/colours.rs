@@ -1,4 +1,7 @@
-//! The colours of pictures of droplets.
+//! The colours of pictures of droplets and of plots.
+
+/// Colours of curves, which most eyes tell apart; curves take them in turn.
+pub(super) const CURVES: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 
 pub(super) const WATER: &str = "#56a8e2";
 pub(super) const WATER_EDGE: &str = "#0f4c81";

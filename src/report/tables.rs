@@ -51,8 +51,8 @@ Ca         capillary number, viscous stress over capillary pressure: v_g/V_t * p
 /// The tables of decay lengths.
 ///
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star. A line below says how many there are, and how many
-/// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains. Where runs were
-/// arrested at their time limit, a column counts them.
+/// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains. Where runs
+/// were arrested at their time limit, a column counts them.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let mut headers = vec!["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
     // Elsewhere than in an array of obstacles there is one place to clog at, and no decay of P(r).
@@ -262,7 +262,8 @@ fn kind_in_words(point: &Point) -> String {
     format!("{} in {scene}", point.model.name())
 }
 
-/// The text in lines of at most [`WIDTH`] characters, or as many as the terminal has, broken at spaces but not at no-break spaces.
+/// The text in lines of at most [`WIDTH`] characters, or as many as the terminal has, broken at spaces but not at
+/// no-break spaces.
 fn wrap(text: &str) -> String {
     let width = terminal_width().map_or(WIDTH, |width| width.min(WIDTH));
     let mut lines = String::new();

@@ -89,8 +89,8 @@ impl TextTable {
     }
 }
 
-/// The lines of a text, those that are wider than the terminal broken at blanks; what follows a break is set in by so many
-/// columns.
+/// The lines of a text, those that are wider than the terminal broken at blanks; what follows a break is set in by so
+/// many columns.
 pub(crate) fn hanging(text: &str, indent: usize) -> String {
     terminal_width().map_or_else(|| text.to_owned(), |width| hanging_within(text, indent, width.max(2 * indent)))
 }

@@ -14,6 +14,7 @@
 //! assert_eq!(point.centroid(), [3.0, 4.0]);
 //! ```
 
+use crate::parameters::MOST_VERTICES;
 use serde::{Deserialize, Serialize};
 
 /// A droplet at one instant, in unwrapped world coordinates.
@@ -46,16 +47,14 @@ pub struct LoadRecord {
     pub turn: f64,
 }
 
-/// How wide an outline can be, and how far from the origin, in sigma. A droplet that came apart is neither drawn nor kept.
+/// How wide an outline can be, and how far from the origin, in sigma. A droplet that came apart is neither drawn nor
+/// kept.
 const WIDEST: f64 = 1e3;
 const FURTHEST: f64 = 1e9;
 
-/// Most vertices of a ring.
-const MOST_VERTICES: usize = 4096;
-
 impl Outline {
-    /// Whether there is a vertex, every x has its y, all numbers are finite, and the droplet is one: no further from the
-    /// origin than 1e9 sigma, no wider than 1000, and of no more vertices than any ring.
+    /// Whether there is a vertex, every x has its y, all numbers are finite, and the droplet is one: no further from
+    /// the origin than 1e9 sigma, no wider than 1000, and of no more vertices than any ring.
     pub fn is_sound(&self) -> bool {
         let [x0, x1, y0, y1] = self.bounds();
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());

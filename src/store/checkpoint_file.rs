@@ -14,7 +14,7 @@ use crate::store::error::StoreError;
 use crate::store::{disk, entries};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsStr;
-use std::io::{ErrorKind, Read};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"MENISCK1";
@@ -127,7 +127,7 @@ pub fn write(folder: &Path, job: JobId, state: &[u8]) -> Result<PathBuf, StoreEr
 /// [`CheckpointError`]; no bytes whatever make it panic.
 pub(crate) fn read(path: &Path) -> Result<Payload, CheckpointError> {
     let damaged = |problem: &str| CheckpointError::Damaged { path: path.to_owned(), problem: problem.to_owned() };
-    let bytes = read_bytes(path).map_err(|source| match source.kind() {
+    let bytes = entries::read_up_to(path, LARGEST + 1).map_err(|source| match source.kind() {
         ErrorKind::NotFound => CheckpointError::Missing(path.to_owned()),
         _ => CheckpointError::Io { path: path.to_owned(), source },
     })?;
@@ -154,13 +154,6 @@ pub(crate) fn read(path: &Path) -> Result<Payload, CheckpointError> {
     }
     let job = header.job.parse().map_err(|_| damaged("it names no job"))?;
     Ok(Payload { job, state: state.to_vec() })
-}
-
-/// All bytes of a file, but no more than are needed to see that it is too large.
-fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    entries::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

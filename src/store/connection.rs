@@ -29,7 +29,8 @@ pub(super) fn open_uri(uri: &str, flags: OpenFlags) -> Result<Connection> {
     harden(Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX)?)
 }
 
-/// A path as SQLite takes it: one that begins with `file:` would be taken for a URI, which can say that nothing is kept.
+/// A path as SQLite takes it: one that begins with `file:` would be taken for a URI, which can say that nothing is
+/// kept.
 pub(super) fn name(path: &Path) -> Cow<'_, Path> {
     match path.is_absolute() {
         true => Cow::Borrowed(path),

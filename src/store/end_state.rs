@@ -1,6 +1,7 @@
 //! The state in which a trajectory ended, so that a job with a larger time limit or distance goes on from there.
 //!
-//! Its bytes are those of whoever computed it. Before them stands their checksum, so that a damaged state is not taken up.
+//! Its bytes are those of whoever computed it. Before them stands their checksum, so that a damaged state is not taken
+//! up.
 
 use crate::parameters::JobId;
 

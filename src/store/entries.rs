@@ -15,7 +15,7 @@ use crate::store::error::StoreError;
 use rusqlite::types::{FromSql, FromSqlError, FromSqlResult, ToSql, ToSqlOutput, ValueRef};
 use std::fmt;
 use std::fs::{File, FileType, OpenOptions};
-use std::io::{Error, ErrorKind};
+use std::io::{Error, ErrorKind, Read};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
@@ -98,6 +98,24 @@ pub(super) fn open_with(path: &Path, options: &mut OpenOptions) -> std::io::Resu
     if entry.is_file() { Ok(file) } else { refuse(entry) }
 }
 
+/// The first bytes of a file, at most `most`, if it is a plain file and no link.
+///
+/// # Errors
+/// As [`open`].
+pub(super) fn read_up_to(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// All bytes of a file, if it is a plain file and no link.
+///
+/// # Errors
+/// As [`open`].
+pub(super) fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    read_up_to(path, u64::MAX)
+}
+
 /// The name of a sample file, `samples/` and twenty hexadecimal digits and `.parquet`: the only form that this program
 /// writes, so no name leads out of the store.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -144,7 +162,7 @@ impl fmt::Display for SampleName {
 /// The catalogue names a file that this program never wrote.
 #[derive(Debug, thiserror::Error)]
 #[error("its catalogue lists `{}`, which is not the name of a sample file", crate::parameters::plain(.0))]
-struct ForeignName(String);
+pub(super) struct ForeignName(pub(super) String);
 
 impl FromSql for SampleName {
     fn column_result(value: ValueRef<'_>) -> FromSqlResult<Self> {

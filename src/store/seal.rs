@@ -55,9 +55,8 @@ pub(super) fn page_size(header: &[u8]) -> Option<usize> {
 
 /// The first bytes of the database, at most `most`.
 pub(super) fn beginning(dir: &Path, most: usize) -> Result<Vec<u8>, StoreError> {
-    let (path, mut bytes) = (database(dir), Vec::new());
-    let read = entries::open(&path).and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
-    read.map_err(StoreError::io(&path)).map(|_| bytes)
+    let path = database(dir);
+    entries::read_up_to(&path, most as u64).map_err(StoreError::io(&path))
 }
 
 /// The hashes of all pages of the database, the last one perhaps shorter than `size` bytes.
@@ -135,11 +134,7 @@ impl Seal {
 /// This opens and closes the database, which drops the locks that SQLite holds in this process: ask before connecting.
 pub(super) fn find(dir: &Path) -> Result<SealState, StoreError> {
     let path = path(dir);
-    let read = || {
-        let mut bytes = Vec::new();
-        entries::open(&path)?.read_to_end(&mut bytes).map(|_| bytes)
-    };
-    match read() {
+    match entries::read(&path) {
         Ok(bytes) => match Seal::from_bytes(&bytes) {
             None => Ok(SealState::Damaged),
             Some(seal) if database(dir).exists() && seal.is_void(&beginning(dir, seal.page_size())?) => {

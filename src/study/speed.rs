@@ -1,5 +1,5 @@
-//! Mean speed of a grid point: the mean over its runs that neither clogged nor were arrested at their time limit. The speed of a run is the slope of its r(t)
-//! after the start-up.
+//! Mean speed of a grid point: the mean over its runs that neither clogged nor were arrested at their time limit. The
+//! speed of a run is the slope of its r(t) after the start-up.
 //!
 //! **Interval.** Ten arrays per point are common, and the interval of a plain percentile bootstrap of ten values is too
 //! narrow. Coverage of nominal 95% intervals for ten values (4000 sets each):
@@ -34,8 +34,8 @@ const MOST_REPEATED: usize = RESAMPLES / 100;
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0073_7065_6564;
 
-/// Mean of v_g/V_t over the runs that neither clogged nor were arrested, and lasted long enough to have a speed, with a 95% interval if there
-/// are five such runs. `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP.
+/// Mean of v_g/V_t over the runs that neither clogged nor were arrested, and lasted long enough to have a speed, with a
+/// 95% interval if there are five such runs. `Ca = (v_g/V_t) pi/(4 Gamma)` for a DP.
 ///
 /// Two runs flow at 0.6 and 0.8 V_t, the third clogs:
 ///

@@ -150,7 +150,7 @@ impl Place<'_> {
     fn spoil(&self, random: &mut Random) {
         let store = self.store();
         let kind = random.below(9);
-        if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+        if is_kept() {
             println!("change of kind {kind}");
         }
         match kind {
@@ -197,7 +197,7 @@ impl Place<'_> {
 
     /// Runs SQL as somebody else's program would; what the database refuses is not done.
     fn sql(&self, sql: &str) {
-        if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+        if is_kept() {
             println!("{sql}");
         }
         let path = self.store().join("store.db");
@@ -326,6 +326,11 @@ m forget store letter --yes
     }
 }
 
+/// Whether somebody looks into one store: what is done to it is told, and it stays.
+fn is_kept() -> bool {
+    std::env::var_os("MENISCUS_FUZZ_KEEP").is_some()
+}
+
 fn remove(path: &Path) {
     let _ = std::fs::remove_file(path);
     if path.symlink_metadata().is_ok_and(|entry| entry.is_dir()) {
@@ -394,7 +399,7 @@ fn hostile_stores_touch_nothing_outside_and_end_in_words() {
     });
     let slowest = found.iter().map(|(slowest, _)| *slowest).max();
     println!("{inputs} hostile stores in {:.1?} on {threads} threads, slowest {slowest:?}", begin.elapsed());
-    if std::env::var_os("MENISCUS_FUZZ_KEEP").is_some() {
+    if is_kept() {
         println!("kept: {}", corpus.sandbox.path().display());
         std::mem::forget(corpus);
     }

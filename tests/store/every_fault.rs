@@ -335,7 +335,8 @@ fn forgotten(dir: &Path) -> Vec<std::path::PathBuf> {
 #[test]
 fn forgetting_a_campaign_survives_a_fault_at_every_operation() {
     let (tiny, other) = (tiny_campaign(), other_campaign());
-    // Sample files of one campaign alone and of both, a failed job with its dump, an unfinished one with its checkpoint.
+    // Sample files of one campaign alone and of both, a failed job with its dump, an unfinished one with its
+    // checkpoint.
     let both = |dir: &Path| {
         tiny.run(dir, 3).unwrap();
         other.run(dir, usize::MAX).unwrap();

@@ -107,8 +107,8 @@ impl CampaignErrors {
 }
 
 impl Invalid {
-    /// Compiler-style messages, each under the line it speaks of: of one key the first few, and then how many more there
-    /// are.
+    /// Compiler-style messages, each under the line it speaks of: of one key the first few, and then how many more
+    /// there are.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         let mut of_key: BTreeMap<Option<&str>, usize> = BTreeMap::new();
@@ -150,7 +150,8 @@ impl Invalid {
     }
 }
 
-/// Most mistakes of one key that are shown, most of all keys, and most keys whose hidden mistakes are counted one by one.
+/// Most mistakes of one key that are shown, most of all keys, and most keys whose hidden mistakes are counted one by
+/// one.
 const SHOWN_OF_KEY: usize = 5;
 const SHOWN: usize = 40;
 const KEYS_NAMED: usize = 5;
@@ -198,8 +199,11 @@ impl From<String> for Mistake {
     }
 }
 
-/// Most mistakes that are kept of a file; more help nobody.
-const MOST: usize = 2000;
+/// Most mistakes that are kept of a file: a file of the largest size may hold millions, which would fill the memory.
+const MOST: usize = 200_000;
+
+/// As many mistakes as this are told with what was probably meant, which takes time to find out.
+const EXPLAINED: usize = 2000;
 
 /// Collects the problems of one text, as many as [`MOST`].
 pub(crate) struct Problems<'t> {
@@ -221,7 +225,7 @@ impl<'t> Problems<'t> {
     /// problems.note(&span, "the axis is empty").key("grid.gamma").help("give it a value, or leave the axis out");
     /// ```
     pub(crate) fn note(&mut self, span: &Range<usize>, mistake: impl Into<Mistake>) -> &mut Problem {
-        if self.is_full() {
+        if self.list.len() >= MOST {
             return &mut self.spare;
         }
         let Mistake { message, help } = mistake.into();
@@ -236,9 +240,9 @@ impl<'t> Problems<'t> {
         self.list.is_empty()
     }
 
-    /// Whether further mistakes are not kept. Then there is no need to find out what was meant.
-    pub(crate) fn is_full(&self) -> bool {
-        self.list.len() >= MOST
+    /// Whether there are so many mistakes that nobody reads what was probably meant by the next.
+    pub(crate) fn are_many(&self) -> bool {
+        self.list.len() >= EXPLAINED
     }
 
     /// The mistakes in file order, each once although several blocks may inherit it.

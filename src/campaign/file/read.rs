@@ -129,7 +129,10 @@ fn assignment(
             problems.note(&key.span(), "this key does not belong here").key(&path).help(help);
             (known.name, Given::Broken)
         }
-        None if problems.is_full() => return None,
+        None if problems.are_many() => {
+            problems.note(&key.span(), "unknown key").key(&path);
+            return None;
+        }
         None => {
             let here = home.names();
             let meant = nearest(name, here.iter().copied()).or_else(|| nearest(name, names(|_| true)));

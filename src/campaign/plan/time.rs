@@ -1,10 +1,11 @@
 //! Whether t_max leaves a droplet time to flow its way and to come to rest after it.
 //!
 //! This matters in arrays of obstacles, where clogs are counted. A droplet that flows takes `way/(0.7 V_t)` for the
-//! distance that a campaign asks for. If it is arrested at the end of that, E_k/E_t falls exponentially: to 1e-17 in 500 to 1500 t0 at V_t = 0.03, that is, in the
-//! time of at most 45 sigma of free fall, and to another threshold in proportion to its logarithm. A run with less time
-//! than both together may end above the threshold. It then counts as a clog only if its rest can be seen from there.
-//! Near-wall drag is left out, which makes both times many times as long.
+//! distance that a campaign asks for. If it is arrested at the end of that, E_k/E_t falls exponentially: to 1e-17 in
+//! 500 to 1500 t0 at V_t = 0.03, that is, in the time of at most 45 sigma of free fall, and to another threshold in
+//! proportion to its logarithm. A run with less time than both together may end above the threshold. It then counts as
+//! a clog only if its rest can be seen from there. Near-wall drag is left out, which makes both times many times as
+//! long.
 
 use crate::campaign::plan::cost::FLOWING_SPEED;
 use crate::parameters::{Point, Scene};

@@ -1,6 +1,7 @@
 //! Files of frames and what is written beside them: the fitted profile as CSV, the plot as SVG and PNG.
 
 use crate::campaign::file::read_input;
+use crate::cli::PNG_ZOOM;
 use crate::parameters::shown;
 use crate::report::profile_plot::{self, TrialPlot};
 use crate::report::raster;
@@ -14,9 +15,6 @@ use std::path::{Path, PathBuf};
 
 /// Largest file of frames, in bytes.
 const LARGEST_FRAMES: u64 = 64 << 20;
-
-/// Enlargement of the PNG.
-const ZOOM: f32 = 2.0;
 
 /// The frames of one file and the files made from it.
 pub(super) struct Sheet {
@@ -82,7 +80,7 @@ impl Sheet {
         let title = format!("{name}: frames (points) and simulation (lines)");
         let picture = profile_plot::svg(&title, &plots);
         write_whole(&self.svg, picture.as_bytes())?;
-        write_whole(&self.png, &raster::png(&picture, ZOOM)?)
+        write_whole(&self.png, &raster::png(&picture, PNG_ZOOM)?)
     }
 }
 

@@ -5,10 +5,10 @@
 //! ```
 //!
 //! with the perimeter P, the area a and the centroid x_c of the outline: its edges are straight, or bent round walls
-//! ([`taut`](crate::physics::liquid::taut)). With the pressure `p = -K_a (a - a0)` at the height of the centroid, that at
-//! the place x is `p + (M/a)(x - x_c)`, which is hydrostatics. A vertex within `delta/2` of a wall is pushed off with the
-//! energy `(k_w/2)(delta/2 - d)^2`. Strings touch the wall at a radius that is smaller by `MARGIN Gamma/k_w`, so that a
-//! pressed vertex lies outside of it.
+//! ([`taut`](crate::physics::liquid::taut)). With the pressure `p = -K_a (a - a0)` at the height of the centroid, that
+//! at the place x is `p + (M/a)(x - x_c)`, which is hydrostatics. A vertex within `delta/2` of a wall is pushed off
+//! with the energy `(k_w/2)(delta/2 - d)^2`. Strings touch the wall at a radius that is smaller by `MARGIN Gamma/k_w`,
+//! so that a pressed vertex lies outside of it.
 
 use crate::physics::liquid::curvature::Curvature;
 use crate::physics::liquid::nearby::Nearby;

@@ -1,9 +1,9 @@
 //! Where a droplet would come to rest: a descent of its potential energy without inertia.
 //!
-//! Steps of backward Euler of `c dx/dt = -grad U`, with the friction c of the droplet, lead down from the present shape.
-//! They are 1, 4, 16 ... 1e6 t0 long. A step is taken only where `c/h + U''` is positive definite all along, so that it
-//! has one solution nearby and passes no barrier. Elsewhere it is taken again, four times as short, and the steps after
-//! it grow by a factor of two.
+//! Steps of backward Euler of `c dx/dt = -grad U`, with the friction c of the droplet, lead down from the present
+//! shape. They are 1, 4, 16 ... 1e6 t0 long. A step is taken only where `c/h + U''` is positive definite all along, so
+//! that it has one solution nearby and passes no barrier. Elsewhere it is taken again, four times as short, and the
+//! steps after it grow by a factor of two.
 //!
 //! The droplet has an equilibrium where a step of 1e6 t0 moves nothing any more. That this step could be taken says
 //! that the second variation of U is positive there, to within `c/1e6`: nothing grows by a factor e within 1e6 t0.

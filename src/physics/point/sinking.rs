@@ -15,8 +15,8 @@ const PRECISION: f64 = 1e-12;
 const LARGEST_MOVE: f64 = 0.1 * SKIN;
 
 impl<W: Walls> SoftMotion<W> {
-    /// Takes a step of `h` t0 without inertia; returns how far the point moved. `None`, and it stays, where the energy is
-    /// not convex enough for a unique solution.
+    /// Takes a step of `h` t0 without inertia; returns how far the point moved. `None`, and it stays, where the energy
+    /// is not convex enough for a unique solution.
     pub(in crate::physics) fn sink(&mut self, h: f64) -> Option<f64> {
         self.list_near();
         let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };

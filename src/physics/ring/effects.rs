@@ -1,5 +1,5 @@
-//! All that acts on one ring: elasticity, weight, drag, walls, and other forces. Both integrators take their forces from
-//! here, and everything that is recorded of a ring is measured here.
+//! All that acts on one ring: elasticity, weight, drag, walls, and other forces. Both integrators take their forces
+//! from here, and everything that is recorded of a ring is measured here.
 
 use crate::parameters::{Deformable, MASS, regular_edge};
 use crate::physics::observation::Observation;
@@ -44,7 +44,8 @@ impl RingEffects {
         }
     }
 
-    /// Tells walls and other forces that no vertex of `ring` moved further than `distance`. The drag is updated separately.
+    /// Tells walls and other forces that no vertex of `ring` moved further than `distance`. The drag is updated
+    /// separately.
     #[inline(always)]
     pub(crate) fn moved(&mut self, distance: f64, ring: &Ring) {
         self.walls.moved(distance, ring);

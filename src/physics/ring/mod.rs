@@ -4,8 +4,9 @@
 //! that follows the droplet in multiples of `ORIGIN_STEP`, so that rounding does not grow with the distance travelled.
 //! Entries from `n` on repeat vertex 0: they add exact zeros to every sum, so no loop needs a tail.
 //!
-//! This folder knows geometry, energies and forces, but not how time advances. Read [`Ring`] first, then [`forces`] with
-//! a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take most of the time.
+//! This folder knows geometry, energies and forces, but not how time advances. Read [`Ring`] first, then [`forces`]
+//! with a file for each effect, [`effects`] for all of them together, and `passes` for the loops that take most of the
+//! time.
 
 pub mod effects;
 pub mod forces;

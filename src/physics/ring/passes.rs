@@ -80,8 +80,8 @@ fn close_seam(ring: &mut Ring) {
     }
 }
 
-/// Stores the edges that begin at the block of vertices `here`, and their tension coefficients, at `at`; adds their part
-/// of the area to `cross`. The last edge ends at the first vertex of the block `next`.
+/// Stores the edges that begin at the block of vertices `here`, and their tension coefficients, at `at`; adds their
+/// part of the area to `cross`. The last edge ends at the first vertex of the block `next`.
 #[inline(always)]
 fn edges_behind<S: Instructions, const LENGTH: bool>(
     simd: S,

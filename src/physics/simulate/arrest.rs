@@ -1,7 +1,7 @@
 //! Whether a droplet whose time is over is arrested: at rest, or nearly so, above the threshold of a clog.
 //!
-//! After an arrest E_k falls for 500 to 1500 t0 until a droplet counts as clogged. A run that ends meanwhile would count
-//! as one that flowed. So its droplet is taken on without inertia, to the equilibrium that lies ahead
+//! After an arrest E_k falls for 500 to 1500 t0 until a droplet counts as clogged. A run that ends meanwhile would
+//! count as one that flowed. So its droplet is taken on without inertia, to the equilibrium that lies ahead
 //! ([`Motion::descend`]). It is arrested there if that equilibrium is stable, its centroid has at most [`FARTHEST`] to
 //! go, and it has at most [`MOST_ENERGY`] to lose.
 

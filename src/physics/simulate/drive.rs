@@ -5,7 +5,9 @@ use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::simulate::arrest::arrest;
 use crate::physics::simulate::snapshot::{Course, EndState, Keeper, Snapshot};
-use crate::physics::simulate::{RunEnded, judge::Judge, mechanism, record::Recorder, timetable::Timetable};
+use crate::physics::simulate::{
+    RunEnded, judge::Judge, mechanism, record::Extremes, record::Recorder, timetable::Timetable,
+};
 use crate::results::trajectory::{Arrest, Clog, Failure, Outcome, Trajectory};
 use std::sync::atomic::AtomicBool;
 
@@ -94,6 +96,8 @@ fn finish(
     let Course { step, outline, recorder, .. } = course;
     let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));
     let Observation { x, y, shape, contacts, .. } = *seen;
+    let Extremes { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t } =
+        recorder.extremes;
     let clog = || Clog { t, r, x, y, ek_ratio, shape, contacts, mechanism: mechanism::of(&outline) };
     Trajectory {
         outcome,
@@ -101,12 +105,12 @@ fn finish(
         t_end: t,
         v_g_mean: recorder.mean_speed(),
         ek_ratio_end: ek_ratio,
-        shape_max: recorder.shape_max,
-        area_error_max: recorder.area_error_max,
-        overlap_max: recorder.overlap_max,
-        energy_rise_max: recorder.energy_rise_max,
-        ek_ratio_min: recorder.ek_ratio_min,
-        engulfed_t: recorder.engulfed_t,
+        shape_max,
+        area_error_max,
+        overlap_max,
+        energy_rise_max,
+        ek_ratio_min,
+        engulfed_t,
         delta_s: (outcome == Outcome::Settled).then_some(r),
         steps: step,
         refused,

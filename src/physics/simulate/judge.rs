@@ -72,7 +72,7 @@ impl Judge {
                 );
                 return Err(failure(FailureClass::Engulfed, reason, course.step, &course.outline));
             }
-            course.recorder.engulfed_t.get_or_insert(t);
+            course.recorder.extremes.engulfed_t.get_or_insert(t);
         }
         if motion.ring().is_some_and(|ring| crosses(ring, self.delta, self.apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");

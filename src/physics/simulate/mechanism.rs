@@ -9,8 +9,8 @@
 //! | squeeze | two carry `s_1 + s_2 >= 0.8 S`, each `s_i >= 0.15 S`, push towards each other, and the throat is filled |
 //! | hybrid | any other support |
 //!
-//! Two obstacles push towards each other if the one at larger y has `F_y < 0` and the other `F_y > 0`. The droplet fills
-//! the throat between them if the midpoint of the two contacts lies inside the droplet.
+//! Two obstacles push towards each other if the one at larger y has `F_y < 0` and the other `F_y > 0`. The droplet
+//! fills the throat between them if the midpoint of the two contacts lies inside the droplet.
 //!
 //! A soft particle has no ring that could bend, so it never wraps, and its squeeze does not need a filled throat.
 //!

@@ -22,12 +22,9 @@ const START_UP: f64 = 0.1;
 /// Fewest samples that a slope is taken from.
 const FEWEST_SAMPLES: usize = 5;
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Recorder {
-    v_t: f64,
-    start_x: f64,
-    pub(super) samples: Samples,
-    pub(super) outlines: Vec<Outline>,
+/// The extremes of what was seen at the checks, and when an obstacle was first engulfed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Extremes {
     pub(super) shape_max: Option<f64>,
     pub(super) area_error_max: Option<f64>,
     pub(super) overlap_max: f64,
@@ -36,61 +33,53 @@ pub(super) struct Recorder {
     pub(super) engulfed_t: Option<f64>,
 }
 
+impl Extremes {
+    /// Those of a droplet that nothing was seen of.
+    const NONE: Self = Self {
+        shape_max: None,
+        area_error_max: None,
+        overlap_max: 0.0,
+        energy_rise_max: 0.0,
+        ek_ratio_min: f64::INFINITY,
+        engulfed_t: None,
+    };
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Recorder {
+    v_t: f64,
+    start_x: f64,
+    pub(super) samples: Samples,
+    pub(super) outlines: Vec<Outline>,
+    pub(super) extremes: Extremes,
+}
+
 /// How much had been recorded at some check, and the extremes until then.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Recorded {
     pub(super) samples: usize,
     pub(super) outlines: usize,
-    shape_max: Option<f64>,
-    area_error_max: Option<f64>,
-    overlap_max: f64,
-    energy_rise_max: f64,
-    ek_ratio_min: f64,
-    engulfed_t: Option<f64>,
+    extremes: Extremes,
 }
 
 impl Recorder {
     /// What has been recorded so far.
     pub(super) fn recorded(&self) -> Recorded {
-        let Self { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = *self;
         let (samples, outlines) = (self.samples.len(), self.outlines.len());
-        Recorded {
-            samples,
-            outlines,
-            shape_max,
-            area_error_max,
-            overlap_max,
-            energy_rise_max,
-            ek_ratio_min,
-            engulfed_t,
-        }
+        Recorded { samples, outlines, extremes: self.extremes }
     }
 
     /// A record of the same droplet without its series and outlines, with the extremes of that time.
     pub(super) fn emptied(&self, to: Recorded) -> Self {
-        let (samples, outlines) = (Samples::default(), Vec::new());
-        let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
         let Self { v_t, start_x, .. } = *self;
-        Self {
-            v_t,
-            start_x,
-            samples,
-            outlines,
-            shape_max,
-            area_error_max,
-            overlap_max,
-            energy_rise_max,
-            ek_ratio_min,
-            engulfed_t,
-        }
+        Self { v_t, start_x, samples: Samples::default(), outlines: Vec::new(), extremes: to.extremes }
     }
 
     /// The record as it was when this had been recorded.
     pub(super) fn rewind(mut self, to: Recorded) -> Self {
         self.samples.truncate(to.samples);
         self.outlines.truncate(to.outlines);
-        let Recorded { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, .. } = to;
-        Self { shape_max, area_error_max, overlap_max, energy_rise_max, ek_ratio_min, engulfed_t, ..self }
+        Self { extremes: to.extremes, ..self }
     }
 
     /// A record that begins with the observation when gravity comes on.
@@ -100,15 +89,10 @@ impl Recorder {
             start_x: begin.x,
             samples: Samples::default(),
             outlines: Vec::new(),
-            shape_max: None,
-            area_error_max: None,
-            overlap_max: 0.0,
-            energy_rise_max: 0.0,
-            ek_ratio_min: f64::INFINITY,
-            engulfed_t: None,
+            extremes: Extremes::NONE,
         };
         recorder.watch(&begin, 0.0);
-        recorder.ek_ratio_min = f64::INFINITY;
+        recorder.extremes.ek_ratio_min = f64::INFINITY;
         recorder.record(0.0, &begin);
         recorder
     }
@@ -124,11 +108,13 @@ impl Recorder {
 
     pub(super) fn watch(&mut self, seen: &Observation, energy_rise: f64) {
         let larger = |old: Option<f64>, new: Option<f64>| new.map(|n| old.map_or(n, |o| o.max(n)));
-        self.shape_max = larger(self.shape_max, seen.shape);
-        self.area_error_max = larger(self.area_error_max, seen.area_error.map(f64::abs));
-        self.overlap_max = self.overlap_max.max(seen.overlap);
-        self.energy_rise_max = self.energy_rise_max.max(energy_rise);
-        self.ek_ratio_min = self.ek_ratio_min.min(self.ek_ratio(seen));
+        let ek_ratio = self.ek_ratio(seen);
+        let extremes = &mut self.extremes;
+        extremes.shape_max = larger(extremes.shape_max, seen.shape);
+        extremes.area_error_max = larger(extremes.area_error_max, seen.area_error.map(f64::abs));
+        extremes.overlap_max = extremes.overlap_max.max(seen.overlap);
+        extremes.energy_rise_max = extremes.energy_rise_max.max(energy_rise);
+        extremes.ek_ratio_min = extremes.ek_ratio_min.min(ek_ratio);
     }
 
     pub(super) fn record(&mut self, t: f64, seen: &Observation) {

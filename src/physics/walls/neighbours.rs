@@ -1,9 +1,9 @@
 //! Lists of what is near a droplet, and for how long they are valid.
 //!
 //! Contact, near-wall drag, self-contact and the soft particle have a reach, and need only what is nearer. Each keeps a
-//! list of what is within `reach + skin`. As long as nothing has moved further than `skin`, the list contains everything
-//! within `reach`. So a step costs only one subtraction of the distance travelled. The list is made again when the skin
-//! is used up, or when the origin of the coordinates of its items has moved.
+//! list of what is within `reach + skin`. As long as nothing has moved further than `skin`, the list contains
+//! everything within `reach`. So a step costs only one subtraction of the distance travelled. The list is made again
+//! when the skin is used up, or when the origin of the coordinates of its items has moved.
 //!
 //! Items that are listed but out of reach add exact zeros, so no result depends on when a list was made. Where an owner
 //! measures something else when it makes its list, that is part of the owner's saved state.

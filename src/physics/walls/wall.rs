@@ -1,8 +1,8 @@
 //! What an obstacle must provide, and the walls of a scene.
 //!
 //! # Skeleton and surface
-//! An obstacle is a convex *skeleton* and a *surface* around it at a fixed distance, which is the same for all obstacles
-//! of a scene:
+//! An obstacle is a convex *skeleton* and a *surface* around it at a fixed distance, which is the same for all
+//! obstacles of a scene:
 //!
 //! | obstacle | skeleton | distance of the surface |
 //! |---|---|---|
@@ -125,8 +125,8 @@ pub trait Obstacle: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// The corner of the skeleton, around which the surface is round; `None` if there is none.
     fn corner(&self) -> Option<[f64; 2]>;
 
-    /// A point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced by
-    /// it. `None` if there is no such point.
+    /// A point of the skeleton that no droplet may contain: a ring around it has engulfed the obstacle, or is pierced
+    /// by it. `None` if there is no such point.
     fn inner_point(&self) -> Option<[f64; 2]>;
 }
 

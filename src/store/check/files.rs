@@ -1,13 +1,13 @@
 //! Sample files against the catalogue: bytes, checksum, rows, and whose rows they are.
 
-use crate::parameters::plain;
 use crate::store::check::{Examination, rows};
+use crate::store::entries::{self, ForeignName};
 use crate::store::error::StoreError;
 use crate::store::folders::database;
 use crate::store::sample_file::{OpenFile, texts};
 use crate::store::write::catalogue::{self, CataloguedFile, JobSpan};
 use crate::store::write::{Store, compact, orphans};
-use crate::store::{aside, disk, entries, quarantine};
+use crate::store::{aside, disk, quarantine};
 use rusqlite::Connection;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -26,7 +26,11 @@ enum Verdict {
 pub(super) fn check(work: &mut Examination<'_>, conn: &Connection) -> Result<(), StoreError> {
     let (files, foreign) = catalogue::sorted_out(conn).map_err(StoreError::sql(&database(work.dir)))?;
     for (_, name) in foreign {
-        work.find(database(work.dir), foreign_name(&name), "a repair takes it out and touches no file of that name");
+        work.find(
+            database(work.dir),
+            ForeignName(name).to_string(),
+            "a repair takes it out and touches no file of that name",
+        );
     }
     for listed in files {
         work.report.files += 1;
@@ -49,7 +53,7 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<()
     for (key, name) in foreign {
         work.copy_database(store)?;
         let cure = format!("taken out, and no file of that name was touched; {}", give_up(store, key)?);
-        work.find(database(work.dir), foreign_name(&name), cure);
+        work.find(database(work.dir), ForeignName(name).to_string(), cure);
     }
     for listed in files {
         work.report.files += 1;
@@ -76,10 +80,6 @@ pub(super) fn repair(work: &mut Examination<'_>, store: &mut Store) -> Result<()
         work.find(listed.file.name.as_str(), problem, cure);
     }
     Ok(())
-}
-
-fn foreign_name(name: &str) -> String {
-    format!("its catalogue lists `{}`, which is not the name of a sample file", plain(name))
 }
 
 fn surplus(rows: u64) -> String {

@@ -11,7 +11,6 @@ use crate::store::seal::Seal;
 use crate::store::{connection, disk, entries, schema};
 use rusqlite::types::Value;
 use rusqlite::{Connection, ErrorCode, OpenFlags, Row, Statement, params_from_iter};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Two keys between which rows are missing.
@@ -39,8 +38,7 @@ pub(super) fn clear(dir: &Path) -> Result<(), StoreError> {
 pub(super) fn patch(dir: &Path, sealed: Option<(&Seal, &[usize])>) -> Result<PathBuf, StoreError> {
     let (path, log, copy) = (database(dir), log(dir), folder(dir).join("patched.db"));
     let has_log = log.metadata().is_ok_and(|log| log.len() > 0);
-    let mut bytes = Vec::new();
-    entries::open(&path).and_then(|mut file| file.read_to_end(&mut bytes)).map_err(StoreError::io(&path))?;
+    let mut bytes = entries::read(&path).map_err(StoreError::io(&path))?;
     if let Some((seal, pages)) = sealed {
         let size = seal.page_size();
         bytes.resize(seal.n_pages() * size, 0);

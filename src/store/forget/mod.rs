@@ -70,8 +70,8 @@ pub fn forgettable(dir: &Path, campaign: &str) -> Result<Forgotten, StoreError> 
     describe(&conn, &division).map_err(StoreError::sql(&database(dir)))
 }
 
-/// Takes the campaign of this name or id out of the store in `dir`, after it was copied into `quarantine/`; returns what
-/// has gone, and the folder of the copy, which is a store.
+/// Takes the campaign of this name or id out of the store in `dir`, after it was copied into `quarantine/`; returns
+/// what has gone, and the folder of the copy, which is a store.
 ///
 /// Jobs that another campaign of the store plans too stay, and belong to that one. A name stands for all texts that the
 /// campaign has had, an id for one of them.

@@ -53,8 +53,8 @@ fn remove(conn: &Connection, division: &Division, rewritten: &[Rewritten<'_>]) -
     delete(conn, "campaigns", "key", division.campaigns.iter())
 }
 
-/// Runs of a campaign that goes: those that computed an outcome that stays are told as runs of the campaign that has the
-/// outcome now, so that it is still known which program computed it.
+/// Runs of a campaign that goes: those that computed an outcome that stays are told as runs of the campaign that has
+/// the outcome now, so that it is still known which program computed it.
 fn settle_runs(conn: &Connection, campaign: i64) -> rusqlite::Result<()> {
     conn.execute(
         "UPDATE provenance SET campaign = (

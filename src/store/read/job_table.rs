@@ -169,8 +169,8 @@ struct JobCursor {
 }
 
 impl JobCursor {
-    /// Works out the rows of `job_id`, unless they are there from the look before: a join asks for the same job again for
-    /// every row on its other side.
+    /// Works out the rows of `job_id`, unless they are there from the look before: a join asks for the same job again
+    /// for every row on its other side.
     fn show(&mut self, job_id: String) -> Result<()> {
         self.row = 0;
         if self.job_id == job_id {

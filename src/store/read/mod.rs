@@ -4,8 +4,8 @@
 //! `job_table.rs` the outlines of droplets and the obstacles near their paths (`obstacles.rs`); `parquet_rows.rs` writes
 //! an answer as a Parquet file, and `export.rs` writes all tables. `opening.rs` connects to the database, also without
 //! the right to write, and `rows.rs` writes rows that the program worked out itself. The other files each answer one
-//! question of the program: which jobs there are (`jobs.rs`), what they left (`records.rs`, `outlines.rs`), where they may go on (`end_states.rs`), what a fit is
-//! made from (`fits.rs`), where a run stands (`status.rs`, `last_run.rs`).
+//! question of the program: which jobs there are (`jobs.rs`), what they left (`records.rs`, `outlines.rs`), where they
+//! may go on (`end_states.rs`), what a fit is made from (`fits.rs`), where a run stands (`status.rs`, `last_run.rs`).
 //!
 //! **Locking.** Reading takes no lock on the database, so it works while a run goes on. A connection that reads samples
 //! announces itself in the file `readers`, and the writer leaves superseded sample files alone until it has gone.

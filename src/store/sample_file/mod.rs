@@ -1,8 +1,8 @@
 //! Recorded time series as Parquet: one file for each batch of jobs, never changed, named by the hash of its bytes.
 //!
 //! The columns are `job_id` (text), `t, r, h, y, v_g, ek_ratio` and the nullable `shape, area_error` (f64, null for
-//! SP). The rows of a job follow each other. The catalogue knows the first and how many they are, so that reading one job
-//! decodes a page or two of each column.
+//! SP). The rows of a job follow each other. The catalogue knows the first and how many they are, so that reading one
+//! job decodes a page or two of each column.
 //!
 //! Other programs read these files too, old ones among them (`docs/reading.md`). So numbers are stored plain, texts by
 //! dictionary, and nothing in a file says how Arrow would hold it. A row of 72 bytes takes 40 with zstd level 3 and 43

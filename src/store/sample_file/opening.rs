@@ -1,8 +1,8 @@
 //! Whether a Parquet file is one of ours, before a row of it is read.
 //!
-//! A checksum in a catalogue says that a file is what the catalogue was made for. It does not say that this program made
-//! either. So nothing in the file is believed: the schema must be the one that sample files have, and no number in it
-//! may make the Parquet library reserve memory that the file does not account for.
+//! A checksum in a catalogue says that a file is what the catalogue was made for. It does not say that this program
+//! made either. So nothing in the file is believed: the schema must be the one that sample files have, and no number in
+//! it may make the Parquet library reserve memory that the file does not account for.
 
 use crate::store::sample_file::thrift::walk;
 use crate::store::sample_file::{COLUMNS, schema};

@@ -75,8 +75,8 @@ fn has_journal(dir: &Path) -> bool {
 /// The last bytes of a journal that names another file, a "super-journal": <https://www.sqlite.org/fileformat2.html>.
 const POINTING: [u8; 8] = [0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7];
 
-/// Refuses a journal that names another file, which SQLite would read and then remove, wherever it is. Such journals come
-/// from transactions over several databases, and no meniscus ever made one.
+/// Refuses a journal that names another file, which SQLite would read and then remove, wherever it is. Such journals
+/// come from transactions over several databases, and no meniscus ever made one.
 fn refuse_pointing_journal(dir: &Path) -> Result<(), StoreError> {
     let path = journal(dir);
     let mut tail = Vec::new();

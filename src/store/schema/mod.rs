@@ -8,8 +8,8 @@
 //! newer one is refused before anything is touched, with both numbers. People query the views. A view that is given up
 //! stays under its old name.
 //!
-//! **Durability.** A new database appears all at once (`birth.rs`). An older database is copied to `store.db.schema-N` first. Then all that it lacks is one transaction,
-//! so a crash leaves it as it was or as it shall be.
+//! **Durability.** A new database appears all at once (`birth.rs`). An older database is copied to `store.db.schema-N`
+//! first. Then all that it lacks is one transaction, so a crash leaves it as it was or as it shall be.
 //!
 //! **Locking.** Only the holder of the store's lock upgrades. A reader that meets an older schema says so and changes
 //! nothing.
@@ -100,8 +100,8 @@ pub(super) fn is_readable(conn: &Connection, path: &Path) -> Result<bool, StoreE
 /// Brings the database at `path` to the latest schema, after a backup of an older store.
 ///
 /// # Errors
-/// [`StoreError::Newer`], [`StoreError::Foreign`] and [`StoreError::ForeignSchema`] before anything is touched; else what
-/// SQLite reports.
+/// [`StoreError::Newer`], [`StoreError::Foreign`] and [`StoreError::ForeignSchema`] before anything is touched; else
+/// what SQLite reports.
 pub(super) fn migrate(conn: &mut Connection, path: &Path) -> Result<(), StoreError> {
     if let Some(version) = version(conn, path)? {
         refuse_foreign(conn, path, version)?;
@@ -166,8 +166,8 @@ pub(super) fn references(conn: &Connection, parent: &str) -> rusqlite::Result<Ve
     statement.query_map([parent], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
 }
 
-/// Refuses a database that is not declared exactly as a store of this schema: what a stranger puts into a schema runs when
-/// the database is used.
+/// Refuses a database that is not declared exactly as a store of this schema: what a stranger puts into a schema runs
+/// when the database is used.
 ///
 /// # Errors
 /// [`StoreError::ForeignSchema`]; what SQLite reports.

@@ -82,8 +82,8 @@ pub(in crate::store) fn jobs_of(conn: &Connection, file: i64) -> rusqlite::Resul
     jobs?.collect()
 }
 
-/// Adds a file to the catalogue; returns its key. A file is named by the hash of its bytes, so one that is listed already
-/// is the same: jobs that were computed again, alone, write it again.
+/// Adds a file to the catalogue; returns its key. A file is named by the hash of its bytes, so one that is listed
+/// already is the same: jobs that were computed again, alone, write it again.
 pub(super) fn add(conn: &Connection, file: &SampleFile) -> rusqlite::Result<i64> {
     let mut add = conn.prepare_cached(
         "INSERT INTO sample_files (path, rows, bytes, checksum, schema_version) VALUES (?1, ?2, ?3, ?4, ?5)

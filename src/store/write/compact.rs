@@ -4,8 +4,8 @@
 //! written anew once for each tier that it passes: three times from a few kilobytes to the size at which files are
 //! left alone.
 //!
-//! The new file is safely on disk, in `aside/`, before one transaction swaps the rows of the catalogue. Only then do the
-//! old files leave `samples/`, and the new one enters it: a listing of that folder never shows a row twice. For the
+//! The new file is safely on disk, in `aside/`, before one transaction swaps the rows of the catalogue. Only then do
+//! the old files leave `samples/`, and the new one enters it: a listing of that folder never shows a row twice. For the
 //! time of these renames, mostly below a millisecond, it lacks some. Old files are removed once no reader may still
 //! need them ([`lock`](crate::store::lock)).
 

@@ -1,8 +1,9 @@
 //! Writing a store: one process, one thread, and every outcome exactly once.
 //!
 //! `commit.rs` is the heart: how a batch of outcomes gets in. `writer.rs` is the thread that collects batches,
-//! `patience.rs` how long it waits for a disk that fails, `waiting.rs` how much waits for it, `compact.rs` what it does with many small files.
-//! `register.rs` writes plans, `fits.rs` the answers of a fit, `orphans.rs` clears up after a crash.
+//! `patience.rs` how long it waits for a disk that fails, `waiting.rs` how much waits for it, `compact.rs` what it does
+//! with many small files. `register.rs` writes plans, `fits.rs` the answers of a fit, `orphans.rs` clears up after a
+//! crash.
 //!
 //! **Locking.** [`Store`] holds the lock of the store for as long as it lives, and with it the only connection that
 //! writes. [`Writer`](crate::store::Writer) takes the store into its thread; workers send it outcomes over a channel,
@@ -90,8 +91,12 @@ impl Store {
     /// [`StoreError::Missing`] where there is none, and as [`open`](Self::open).
     pub fn open_existing(dir: &Path) -> Result<Self, StoreError> {
         refuse_no_folder(dir)?;
-        entries::refuse_foreign(dir)?;
-        if database(dir).exists() { Self::open(dir) } else { Err(StoreError::Missing(dir.to_owned())) }
+        // A link in place of the database is refused as such, also where it leads to nothing.
+        if database(dir).symlink_metadata().is_ok() {
+            Self::open(dir)
+        } else {
+            Err(StoreError::Missing(dir.to_owned()))
+        }
     }
 
     /// Opens the database and upgrades it, under a lock that is held.

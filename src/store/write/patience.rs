@@ -45,7 +45,8 @@ impl Hurry {
     }
 }
 
-/// The pause after a failed attempt that came after `attempts` others; `None` to give up, at once if the store is damaged.
+/// The pause after a failed attempt that came after `attempts` others; `None` to give up, at once if the store is
+/// damaged.
 pub(super) fn pause(error: &StoreError, attempts: usize, pauses: &[Duration], hurry: &Hurry) -> Option<Duration> {
     if is_damaged(error) || (hurry.is_now() && attempts + 1 >= LAST_ATTEMPTS) {
         return None;

@@ -1,5 +1,5 @@
-//! How much may wait for the writer. Workers that bring more wait themselves, so the memory of a run has a bound however
-//! slow the disk is.
+//! How much may wait for the writer. Workers that bring more wait themselves, so the memory of a run has a bound
+//! however slow the disk is.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 

@@ -86,8 +86,8 @@ pub struct OutcomeSender {
 }
 
 impl OutcomeSender {
-    /// Hands a message over. An outcome waits for a place in the queue, and while much waits for the writer. A [`Message::Started`] is dropped when there
-    /// is no place, because the outcome makes up for it.
+    /// Hands a message over. An outcome waits for a place in the queue, and while much waits for the writer. A
+    /// [`Message::Started`] is dropped when there is no place, because the outcome makes up for it.
     ///
     /// # Errors
     /// [`WriterStopped`].

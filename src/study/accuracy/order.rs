@@ -2,8 +2,8 @@
 //!
 //! If `y(h) = y_0 + C h^p` is known at constant ratios `q = h_k/h_{k+1}`, neighbours differ by
 //! `y_k - y_{k+1} = C h_k^p (1 - q^-p)`. In logarithms this is a straight line of slope p for any y_0. A fit to the
-//! differences from the finest value would be steeper than p, because that value has an error too. If the exact value is
-//! known, the errors themselves are fitted.
+//! differences from the finest value would be steeper than p, because that value has an error too. If the exact value
+//! is known, the errors themselves are fitted.
 //!
 //! ```
 //! use meniscus::study::accuracy::order::Order;
@@ -38,8 +38,8 @@ pub struct Order {
 }
 
 impl Order {
-    /// From values on a ladder of constant ratio, coarse to fine. `None` for fewer than three values, for uneven ratios,
-    /// or if all differences are rounding.
+    /// From values on a ladder of constant ratio, coarse to fine. `None` for fewer than three values, for uneven
+    /// ratios, or if all differences are rounding.
     pub fn of_ladder(h: &[f64], y: &[f64]) -> Option<Self> {
         let ratio = h.first()? / h.get(1)?;
         let even = h.windows(2).all(|pair| (pair[0] / pair[1] / ratio - 1.0).abs() < UNEVEN);

@@ -24,8 +24,8 @@ pub struct PointRecords {
 pub struct Difference {
     /// Its size, relative or in the unit of the observable.
     pub size: f64,
-    /// Its standard error by the jackknife over seeds; 0 for a single run. For an observable that can jump and n runs it
-    /// is at least `1.5/n`.
+    /// Its standard error by the jackknife over seeds; 0 for a single run. For an observable that can jump and n runs
+    /// it is at least `1.5/n`.
     pub spread: f64,
 }
 
@@ -44,7 +44,8 @@ impl PointRecords {
         (observable.estimate)(&self.point, &kept.collect::<Vec<_>>()).filter(|value| value.is_finite())
     }
 
-    /// The difference of the observable from that of `other`, whose runs have the same seeds; `None` if either is missing.
+    /// The difference of the observable from that of `other`, whose runs have the same seeds; `None` if either is
+    /// missing.
     pub(crate) fn difference(&self, other: &Self, observable: &Observable) -> Option<Difference> {
         let difference = |left_out| {
             let (mine, theirs) = (self.estimate(observable, left_out)?, other.estimate(observable, left_out)?);
@@ -53,7 +54,8 @@ impl PointRecords {
         let size = difference(None)?.abs();
         let paired = self.runs.len() == other.runs.len();
         let spread = if paired { self.jackknife(difference) } else { 0.0 };
-        // What happens in none of n runs may still happen in 3 of n others (95%). Two standard errors of 1.5/n cover it.
+        // What happens in none of n runs may still happen in 3 of n others (95%). Two standard errors of 1.5/n cover
+        // it.
         let unseen =
             if observable.can_jump && self.point_id != other.point_id { 1.5 / self.runs.len() as f64 } else { 0.0 };
         Some(Difference { size, spread: spread.max(unseen) })

@@ -4,8 +4,8 @@
 //! parameter. v is in V_t. The e_i are the standard errors of the frames; if the file has none, they are 1, and the
 //! deviations are absolute.
 //!
-//! **A droplet that stays stuck** never reaches the frames beyond its place of rest. At these frames its speed counts as
-//! 0 and its shape as the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the distance from
+//! **A droplet that stays stuck** never reaches the frames beyond its place of rest. At these frames its speed counts
+//! as 0 and its shape as the last one. The search minimises `Delta_v (1 + missed)`, where `missed` is the distance from
 //! the place of rest to the last frame. Stiffer droplets rest earlier, so this cost falls towards droplets that pass.
 
 use crate::study::calibrate::frames::Trial;

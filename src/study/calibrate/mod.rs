@@ -150,7 +150,8 @@ fn of_one(value: f64, error: f64, n: usize) -> FittedParameter {
     }
 }
 
-/// From n trials: mean and standard deviation, and the interval of the mean with Student's t of n - 1 degrees of freedom.
+/// From n trials: mean and standard deviation, and the interval of the mean with Student's t of n - 1 degrees of
+/// freedom.
 fn of_many(values: &[f64]) -> FittedParameter {
     let n = values.len() as f64;
     let value = values.iter().sum::<f64>() / n;
@@ -172,8 +173,8 @@ fn student(freedom: f64) -> Option<f64> {
     StudentsT::new(0.0, 1.0, freedom).ok().map(|t| t.inverse_cdf(1.0 - TAIL))
 }
 
-/// Which parameters lie within 1% of an end of their range in some fit. The end b0 = 0 does not count, because b0 cannot
-/// be negative.
+/// Which parameters lie within 1% of an end of their range in some fit. The end b0 = 0 does not count, because b0
+/// cannot be negative.
 fn at_the_end(fits: &[TrialFit], ranges: &Ranges) -> Vec<&'static str> {
     let near = |value: f64, end: f64| (value - end).abs() <= 0.01 * end;
     let gamma = |fit: &TrialFit| {

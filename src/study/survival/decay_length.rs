@@ -8,10 +8,10 @@
 //! L(lambda) = -d ln(lambda) - S/lambda,      largest at lambda = S/d.
 //! ```
 //!
-//! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. With `x = lambda/(S/d)`
-//! that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend only on d. If nothing clogs, the one-sided bound is
-//! the lambda at which so long a distance without a clog has probability 5%: `exp(-S/lambda) = 0.05`, that is
-//! `lambda = S/(-ln 0.05) = S/3.00`.
+//! The 95% interval holds every lambda whose L is within `chi2_1(0.95)/2 = 1.92` of the largest. With `x =
+//! lambda/(S/d)` that is `d (ln x + 1/x - 1) <= 1.92`, so its relative ends depend only on d. If nothing clogs, the
+//! one-sided bound is the lambda at which so long a distance without a clog has probability 5%: `exp(-S/lambda) =
+//! 0.05`, that is `lambda = S/(-ln 0.05) = S/3.00`.
 //!
 //! ```
 //! use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};

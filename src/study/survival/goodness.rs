@@ -3,8 +3,8 @@
 //! In that case clogs are spread evenly over the distance that all droplets travel together. Imagine that all droplets
 //! start at the same time with the same speed. When one clogs at `r_i`, all together have travelled
 //! `T_i = sum_j min(r_j, r_i)` of the total `S = sum_j r_j` (the "total time on test" of reliability theory). The `T_i/S`
-//! are then distributed like uniform draws from [0, 1], wherever and for whatever reason the other runs were cut off. If
-//! the run that went farthest clogged, its own `T = S` says nothing and is left out; the others are then exactly
+//! are then distributed like uniform draws from [0, 1], wherever and for whatever reason the other runs were cut off.
+//! If the run that went farthest clogged, its own `T = S` says nothing and is left out; the others are then exactly
 //! uniform. Kolmogorov's test compares them with uniform draws.
 //!
 //! The distance of the Kaplan-Meier curve from the fit would be another test. It would need to know where the clogged

@@ -14,7 +14,8 @@
 
 use crate::study::survival::kaplan_meier::Step;
 
-/// Intervals of the first search. Each is much shorter than 1, the scale of `ln lambda` on which the exponential varies.
+/// Intervals of the first search. Each is much shorter than 1, the scale of `ln lambda` on which the exponential
+/// varies.
 const GRID: usize = 200;
 
 /// Number of golden sections: 0.618^45 = 4e-10. Rounding hides the place of the minimum within about 1e-8.

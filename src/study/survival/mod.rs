@@ -34,8 +34,8 @@ use crate::parameters::Scene;
 use crate::results::fits::{LambdaFit, PointRuns};
 use crate::study::survival::decay_length::{DecayLength, Lifetimes};
 
-/// The decay length of one point, in sigma, by every estimator. Elsewhere than in an array of obstacles there is one place
-/// to clog at, and no decay length.
+/// The decay length of one point, in sigma, by every estimator. Elsewhere than in an array of obstacles there is one
+/// place to clog at, and no decay length.
 pub fn lambda_fit(point: &PointRuns) -> LambdaFit {
     let lifetimes = Lifetimes::of_runs(&point.runs);
     let arrested = point.runs.iter().filter(|run| run.arrested.is_some()).count() as u32;

@@ -1,17 +1,19 @@
 //! The droplet whose centroid is held at h: equations for the pressure, its slope, and the two ends of the contact.
 //!
-//! Least perimeter at given area a and centroid h means, for the free parts of the outline, the curvature `p + m x`, where
-//! p and m are the multipliers of area and centroid; and tangents that join smoothly on the walls. Along such shapes
+//! Least perimeter at given area a and centroid h means, for the free parts of the outline, the curvature `p + m x`,
+//! where p and m are the multipliers of area and centroid; and tangents that join smoothly on the walls. Along such
+//! shapes
 //!
 //! ```text
 //! dP/dh = a m
 //! ```
 //!
 //! The droplet is its own mirror image in the axis, so the upper half says all. From the rear to the front it is a free
-//! surface, the contour of the wall between the places u_r and u_f, and a free surface. The unknowns are p, m, u_f, u_r,
-//! h, and the logarithm of the curvature k_r of the rear surface on the axis. That surface is flat where the slope is large:
-//! its k_r is then exponentially small, and would be lost in rounding if it were worked out from the others. The equations
-//! are that both surfaces reach the axis, that area and centroid are those asked for, and that k_r fits the pressure.
+//! surface, the contour of the wall between the places u_r and u_f, and a free surface. The unknowns are p, m, u_f,
+//! u_r, h, and the logarithm of the curvature k_r of the rear surface on the axis. That surface is flat where the slope
+//! is large: its k_r is then exponentially small, and would be lost in rounding if it were worked out from the others.
+//! The equations are that both surfaces reach the axis, that area and centroid are those asked for, and that k_r fits
+//! the pressure.
 
 use crate::study::threshold::cap::{Cap, Surface};
 use crate::study::threshold::quadrature::Rule;

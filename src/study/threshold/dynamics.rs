@@ -81,7 +81,8 @@ fn pair(gap: f64) -> Arc<ObstacleArray> {
     Arc::new(ObstacleArray::from_centres(side, 0.5 * SIGMA_OB, &[0.0, 0.0], &[c, side - c]))
 }
 
-/// Gamma_c of a droplet whose area gives way as `K_a` says: `a = a0 - Gamma p/K_a` with the pressure p over the tension.
+/// Gamma_c of a droplet whose area gives way as `K_a` says: `a = a0 - Gamma p/K_a` with the pressure p over the
+/// tension.
 fn threshold(throat: Throat) -> f64 {
     let mut area = MASS;
     let mut gamma = f64::NAN;

@@ -1,21 +1,21 @@
 //! Up to which line tension a droplet passes a narrow place, by statics alone.
 //!
-//! Let P(h) be the least perimeter of a droplet of area a whose centroid is held at h along gravity. Its weight does the
-//! work `M h`, its surface costs `Gamma P(h)`. So it stops where `Gamma dP/dh = M`, and it passes if and only if
+//! Let P(h) be the least perimeter of a droplet of area a whose centroid is held at h along gravity. Its weight does
+//! the work `M h`, its surface costs `Gamma P(h)`. So it stops where `Gamma dP/dh = M`, and it passes if and only if
 //!
 //! ```text
 //! Gamma < Gamma_c = M / max dP/dh
 //! ```
 //!
-//! The walls are hard, smooth, and wetted by a film, so nothing but their shape matters. Neither drag nor inertia do, as
-//! long as the droplet comes slowly. This is an oracle for the dynamics, and shares no code with it.
+//! The walls are hard, smooth, and wetted by a film, so nothing but their shape matters. Neither drag nor inertia do,
+//! as long as the droplet comes slowly. This is an oracle for the dynamics, and shares no code with it.
 //!
 //! # Method
-//! The droplet lies between two walls that are mirror images in the axis along gravity, and so does its shape. `balance`
-//! has the equations of a held droplet, in which `cap` gives the free surfaces, exact arcs of the Young-Laplace
-//! equation, and `throat` the contour of the walls. `passage` follows the solutions from the first touch to the throat.
-//! Nothing is discretised but the integrals along free surfaces (`quadrature`): with 48 nodes the threshold has ten
-//! digits where the gap is 0.1 sigma or wider.
+//! The droplet lies between two walls that are mirror images in the axis along gravity, and so does its shape.
+//! `balance` has the equations of a held droplet, in which `cap` gives the free surfaces, exact arcs of the
+//! Young-Laplace equation, and `throat` the contour of the walls. `passage` follows the solutions from the first touch
+//! to the throat. Nothing is discretised but the integrals along free surfaces (`quadrature`): with 48 nodes the
+//! threshold has ten digits where the gap is 0.1 sigma or wider.
 //!
 //! # What it leaves out
 //! Droplets off the axis; the softness of walls and of the area; the springs of `dynamics = "vertex"`; and among

@@ -1,8 +1,8 @@
 //! The way of a held droplet through a throat, and the steepest place on it.
 //!
-//! The path begins where a circle touches both walls. From there states are followed along their common tangent by steps of
-//! given length in the space of all unknowns. So the path may also turn back in h, as it does at narrow throats
-//! where a droplet snaps forward.
+//! The path begins where a circle touches both walls. From there states are followed along their common tangent by
+//! steps of given length in the space of all unknowns. So the path may also turn back in h, as it does at narrow
+//! throats where a droplet snaps forward.
 
 use crate::parameters::MASS;
 use crate::study::threshold::balance::{Balance, FRONT, H, PRESSURE, REAR, SLOPE, State, scales};

@@ -1,11 +1,11 @@
 //! The narrow place between two walls, and the contour along which a droplet touches them.
 //!
-//! The walls are mirror images of each other in the axis y = 0. The contour of the upper one lies `R = r + delta/2` from
-//! its skeleton, with the radius r of the disc or of the tip: there an outline touches. It is an arc round the point
-//! (0, c) with `c = gap/2 + r`, and at a wedge of angle a two faces that are tangent to the arc.
+//! The walls are mirror images of each other in the axis y = 0. The contour of the upper one lies `R = r + delta/2`
+//! from its skeleton, with the radius r of the disc or of the tip: there an outline touches. It is an arc round the
+//! point (0, c) with `c = gap/2 + r`, and at a wedge of angle a two faces that are tangent to the arc.
 //!
-//! A place on the contour is a number u. On the arc it is the angle t from the throat, `(R sin t, c - R cos t)`; on a face
-//! it is `+-(a + s)` at the distance s from the end of the arc. The tangent has the angle t there.
+//! A place on the contour is a number u. On the arc it is the angle t from the throat, `(R sin t, c - R cos t)`; on a
+//! face it is `+-(a + s)` at the distance s from the end of the arc. The tangent has the angle t there.
 
 use crate::parameters::{Model, Point, Scene};
 use std::f64::consts::PI;

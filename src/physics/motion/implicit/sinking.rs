@@ -1,9 +1,10 @@
 //! Steps of a ring without inertia, for the [descent](crate::physics::motion::descent) to its equilibrium.
 //!
 //! A step of length h minimises `sum (m lambda_i/2h)|d_i|^2 + U(x + d)` over the displacements d: it is one of backward
-//! Euler of `m lambda_i dx_i/dt = F_i`. Three things are left out of the second derivatives of U. Self-contact has none,
-//! so a ring that presses on itself has no equilibrium here. Of hydrostatic gravity the products of the gradients of
-//! centroid and area are missing, which K_a makes a ten-thousandth of the rest. And the drag keeps its rates in a step.
+//! Euler of `m lambda_i dx_i/dt = F_i`. Three things are left out of the second derivatives of U. Self-contact has
+//! none, so a ring that presses on itself has no equilibrium here. Of hydrostatic gravity the products of the gradients
+//! of centroid and area are missing, which K_a makes a ten-thousandth of the rest. And the drag keeps its rates in a
+//! step.
 
 use crate::physics::motion::descent::{Equilibrium, Sinking};
 use crate::physics::motion::implicit::{LARGEST_MOVE, field::Field, newton::Newton};

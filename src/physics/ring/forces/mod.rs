@@ -1,8 +1,8 @@
 //! The forces on a droplet, one file each.
 //!
-//! An effect is a small type that knows its formula. Which effects a droplet has is decided when its job starts. Effects
-//! that are not needed cost nothing: the passes over the ring (`ring/passes.rs`) are compiled with and without edge
-//! lengths, forces of walls, and separate drag rates of the vertices.
+//! An effect is a small type that knows its formula. Which effects a droplet has is decided when its job starts.
+//! Effects that are not needed cost nothing: the passes over the ring (`ring/passes.rs`) are compiled with and without
+//! edge lengths, forces of walls, and separate drag rates of the vertices.
 //!
 //! # Writing your own
 //! A force along the edges is a variant of [`tension::EdgeTension`]: a tension that is linear in the edge length, and
@@ -22,7 +22,8 @@ use crate::physics::ring::Ring;
 use stiffness::{Parts, Stiffness};
 
 /// A force other than the elasticity and weight of the ring: that of walls, of the ring on itself, of hydrostatic
-/// pressure. It adds to `ring.force_x`, `ring.force_y`, and is left out of the step while it does not [act](Self::acts).
+/// pressure. It adds to `ring.force_x`, `ring.force_y`, and is left out of the step while it does not
+/// [act](Self::acts).
 pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Notes that no vertex moved further than `distance`, and makes the lists again that may be stale.
     fn moved(&mut self, distance: f64, ring: &Ring);
@@ -39,8 +40,8 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// Notes which contacts push at the end of an implicit step.
     fn settled(&mut self, _ring: &Ring) {}
 
-    /// Holds the contacts that pushed at the end of the last implicit step: until [`let_go`](Self::let_go) their springs
-    /// also pull. False, and nothing changes, if all of them still push.
+    /// Holds the contacts that pushed at the end of the last implicit step: until [`let_go`](Self::let_go) their
+    /// springs also pull. False, and nothing changes, if all of them still push.
     fn hold(&mut self, _ring: &Ring) -> bool {
         false
     }

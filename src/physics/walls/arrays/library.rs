@@ -1,5 +1,5 @@
-//! The obstacle arrays that jobs share. Each is made once, and kept while a job still needs it: jobs announce themselves
-//! before the first of them starts, get their array when they start, and release it at their end.
+//! The obstacle arrays that jobs share. Each is made once, and kept while a job still needs it: jobs announce
+//! themselves before the first of them starts, get their array when they start, and release it at their end.
 
 use crate::parameters::{Job, ObstacleField, Scene};
 use crate::physics::walls::arrays::obstacles::ObstacleArray;

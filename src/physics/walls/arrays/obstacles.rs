@@ -163,8 +163,8 @@ impl ObstacleArray {
     }
 
     /// Calls `visit` with every disc whose centre lies in the box `[x_min, x_max, y_min, y_max]`. Box and discs are in
-    /// coordinates relative to `origin`. Periodic images are visited too, with the same id. A box of more than 1e6 cells
-    /// is not looked into.
+    /// coordinates relative to `origin`. Periodic images are visited too, with the same id. A box of more than 1e6
+    /// cells is not looked into.
     pub fn for_each_in(&self, origin: [f64; 2], bounds: [f64; 4], mut visit: impl FnMut(Disc)) {
         let [x_min, x_max, y_min, y_max] = bounds;
         let mut see = |id: u32, at: [f64; 2], shift: [f64; 2]| {
@@ -197,8 +197,8 @@ impl ObstacleArray {
         nearest
     }
 
-    /// The point of largest clearance within 1 sigma of the box centre, and that clearance, which is at most 0.75. It is
-    /// sought on a grid of 0.02 sigma; of points with equal clearance the first is taken.
+    /// The point of largest clearance within 1 sigma of the box centre, and that clearance, which is at most 0.75. It
+    /// is sought on a grid of 0.02 sigma; of points with equal clearance the first is taken.
     pub fn widest_gap_near_centre(&self) -> ([f64; 2], f64) {
         *self.widest_gap.get_or_init(|| self.look_for_widest_gap())
     }
@@ -224,8 +224,8 @@ impl ObstacleArray {
     }
 }
 
-/// Most cells that one look goes through. A droplet that looks further has come apart; going through its cells would take
-/// longer than it takes to notice.
+/// Most cells that one look goes through. A droplet that looks further has come apart; going through its cells would
+/// take longer than it takes to notice.
 const MOST_CELLS: f64 = 1e6;
 
 /// Calls `visit` with every cell of a periodic grid that overlaps the box `[x_min, x_max, y_min, y_max]` relative to

@@ -109,7 +109,8 @@ impl Lanes {
             front = self.eliminate(j - 1, front, edge, vertices(simd, read), &mut first);
             edge = edges(simd, read);
         }
-        // The vertex behind a chain is the first of the next chain. Its changes are collected here and added there later.
+        // The vertex behind a chain is the first of the next chain. Its changes are collected here and added there
+        // later.
         let zero = f64x8::splat(simd, 0.0);
         let nothing = (Pivot { xx: zero, xy: zero, yy: zero }, Block { xx: zero, xy: zero, yx: zero, yy: zero });
         front = self.eliminate(length - 1, front, edge, nothing, &mut first);

@@ -83,11 +83,12 @@ impl CyclicSolver {
         Ok(())
     }
 
-    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b` for `k > 0` and any B, and returns how many eigenvalues
-    /// of `B + k g g^T` are negative. It is slower than [`solve`](Self::solve).
+    /// Overwrites `b` by the solution x of `(B + k g g^T) x = b` for `k > 0` and any B, and returns how many
+    /// eigenvalues of `B + k g g^T` are negative. It is slower than [`solve`](Self::solve).
     ///
-    /// The bordered matrix `[B, g; g^T, -1/k]` has as many negative eigenvalues as B and `-1/k - g B^-1 g` together, and
-    /// as `-1/k` and `B + k g g^T` together (Haynsworth). So the term of rank one takes one away where `1 + k g z < 0`.
+    /// The bordered matrix `[B, g; g^T, -1/k]` has as many negative eigenvalues as B and `-1/k - g B^-1 g` together,
+    /// and as `-1/k` and `B + k g g^T` together (Haynsworth). So the term of rank one takes one away where `1 + k g z <
+    /// 0`.
     pub(super) fn solve_counting(
         &mut self,
         instruction_set: InstructionSet,

@@ -38,8 +38,8 @@ impl RingSolver {
         (negative, &self.rows[..n])
     }
 
-    /// Eliminates both chains, then vertex h, and tells `note` each pivot. Returns whether all pivots were positive, and
-    /// the solution at vertices 0 and h.
+    /// Eliminates both chains, then vertex h, and tells `note` each pivot. Returns whether all pivots were positive,
+    /// and the solution at vertices 0 and h.
     #[inline(always)]
     fn eliminate(
         &mut self,

@@ -1,11 +1,11 @@
 //! Contact of the ring with walls: `U = sum (k_w/2)(delta/2 - d)^2` where `d < delta/2` ([C24] eq. 3).
 //!
-//! By default the sum is over edges, and `d` is the distance from the surface to the nearest point of the edge, negative
-//! inside the wall. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two vertices as
-//! `1 - q` to `q`. The literal form of the paper sums over vertices.
+//! By default the sum is over edges, and `d` is the distance from the surface to the nearest point of the edge,
+//! negative inside the wall. That point divides the edge at `q` in [0, 1], and its force is shared by the edge's two
+//! vertices as `1 - q` to `q`. The literal form of the paper sums over vertices.
 //!
-//! Only stretches of the ring that are near a wall are examined (`stretches`); if there are none, the effect is left out
-//! of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
+//! Only stretches of the ring that are near a wall are examined (`stretches`); if there are none, the effect is left
+//! out of the step. Walls are visited in the order of their ids, and edges out of reach add exact zeros, so no result
 //! depends on when the list of stretches was made.
 
 mod curvature;

@@ -44,8 +44,8 @@ impl Apart {
 
     /// Stiffness k times the number of vertices. In a pile a few contacts may carry the weight of the droplet, and must
     /// not give way. At N_v = 256 and 4e4 one contact bears a force of 1.9, more than twice that weight. With 1e5 a
-    /// simulation would take five times as long, and a droplet of kappa = 1e-4 that pinches off a lobe would still cross
-    /// itself.
+    /// simulation would take five times as long, and a droplet of kappa = 1e-4 that pinches off a lobe would still
+    /// cross itself.
     pub(crate) const fn total_stiffness(self) -> f64 {
         match self {
             Self::Way => 1e4,
@@ -59,8 +59,8 @@ impl Apart {
 /// themselves when their tail was drawn over an obstacle; at 0.1 none of 60 did.
 const LONG: f64 = 3.0;
 
-/// Shortest way along the ring between two parts that repel each other, in units of delta. For comparison: the way round
-/// a hairpin that is delta wide is pi/2.
+/// Shortest way along the ring between two parts that repel each other, in units of delta. For comparison: the way
+/// round a hairpin that is delta wide is pi/2.
 pub(super) const WAY: f64 = 3.0;
 
 /// Number of edges at rest, of a ring of `n` vertices, within a way of `pi delta`. A loop of that length is too small

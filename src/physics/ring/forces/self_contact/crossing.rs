@@ -1,7 +1,8 @@
 //! Whether a ring crosses itself, which no droplet does.
 //!
-//! Edges are examined in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block cross itself
-//! or the next block if all their edges lead in the same direction. The remaining blocks are compared edge by edge.
+//! Edges are examined in blocks of eight. Two blocks cannot cross if their boxes lie apart. Nor can a block cross
+//! itself or the next block if all their edges lead in the same direction. The remaining blocks are compared edge by
+//! edge.
 
 use crate::physics::ring::Ring;
 use crate::physics::ring::forces::self_contact::apart::{Apart, WAY, places_within};
@@ -43,8 +44,8 @@ fn is_straight(ring: &Ring, a: usize, b: usize) -> bool {
     })
 }
 
-/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may cross, and an edge
-/// cannot cross the next one.
+/// Whether an edge of block `a` crosses one of block `b`. Short edges at most `pile` places apart may cross, and an
+/// edge cannot cross the next one.
 fn blocks_cross(ring: &Ring, a: usize, b: usize, pile: usize, delta: f64) -> bool {
     block(ring, a).any(|i| {
         let within = |j: usize, places: usize| j <= i + places || i + ring.n - j <= places;

@@ -7,8 +7,8 @@
 //!
 //! Blocks of eight vertices are paired with each edge that comes close to one of them. The list of pairs is made again
 //! whenever the droplet has deformed by the skin. A ring without folds has no pairs, and costs only a comparison of
-//! the boxes around its blocks at these times. The ways along the ring are measured when the list is made. So the results
-//! depend on when that was, and the list is part of the droplet's saved state.
+//! the boxes around its blocks at these times. The ways along the ring are measured when the list is made. So the
+//! results depend on when that was, and the list is part of the droplet's saved state.
 
 mod along;
 pub(crate) mod apart;
@@ -103,7 +103,8 @@ impl SelfContact {
 
 impl RingForce for SelfContact {
     fn moved(&mut self, distance: f64, ring: &Ring) {
-        // Twice, because a vertex and an edge may move towards each other. Pairs hold numbers, so the origin does not matter.
+        // Twice, because a vertex and an edge may move towards each other. Pairs hold numbers, so the origin does not
+        // matter.
         if !self.near.skin.moved(2.0 * distance) {
             return;
         }

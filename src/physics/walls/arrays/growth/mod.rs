@@ -10,8 +10,8 @@
 //! The box is divided into *cells* whose diagonal is shorter than the spacing. A cell holds at most one disc, and discs
 //! that are too near to one in it lie in the *block* of 25 cells around it. Random darts in the whole box are the same
 //! as independent random darts in each cell. So each cell draws the places of its darts, and the times between them,
-//! from its own random stream; only the first darts of the cells of a tile share a stream. The seed thus fixes all darts
-//! in advance.
+//! from its own random stream; only the first darts of the cells of a tile share a stream. The seed thus fixes all
+//! darts in advance.
 //!
 //! Whether a dart misses depends only on earlier darts in its block. So it can be judged as soon as no earlier dart
 //! waits there. If an earlier dart waits, that one is judged first, after still earlier ones in its own block, and so
@@ -22,8 +22,8 @@
 //!
 //! # How it ends
 //! A cell would need very many darts to show that it is full. So after a miss it throws only into those of its squares
-//! that are not covered by a single disc, and the mean time to its next dart grows as the area of these squares shrinks.
-//! This does not change the distribution (Zhang and Torquato, Phys. Rev. E 88, 053312 (2013)). The squares are
+//! that are not covered by a single disc, and the mean time to its next dart grows as the area of these squares
+//! shrinks. This does not change the distribution (Zhang and Torquato, Phys. Rev. E 88, 053312 (2013)). The squares are
 //! quartered as misses continue. When no square is left, the cell is proved to be full.
 //!
 //! # What it costs
