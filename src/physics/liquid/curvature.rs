@@ -1,6 +1,10 @@
 //! Second derivatives of the energy: blocks along the ring, and pairs of parts that touch across the droplet.
 
+use crate::physics::liquid::dense::Matrix;
+use crate::physics::liquid::even::Even;
 use crate::physics::liquid::polygon::{following, preceding};
+use crate::physics::simd::{Instructions, LANES, fma, load, padded, store};
+use fearless_simd::{f64x8, prelude::*};
 
 /// The second derivatives of a sum of terms that each depend on one edge, or on one vertex and one edge.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +15,8 @@ pub(crate) struct Curvature {
     next: Vec<[f64; 4]>,
     /// Terms of a vertex and an edge elsewhere: the three vertices, and the derivatives by their x and y.
     far: Vec<([usize; 3], [[f64; 6]; 6])>,
+    /// All of them by pairs of vertices.
+    blocks: Vec<(usize, usize, [f64; 4])>,
 }
 
 impl Curvature {
@@ -49,30 +55,69 @@ impl Curvature {
         self.far.push((vertices, term));
     }
 
-    /// The rows `of` (two a vertex, x and y) that multiply other rows, for the product with a matrix: calls `add(row,
-    /// factor, other row)` for each entry, in a fixed order.
-    pub(crate) fn for_each_entry(&self, mut add: impl FnMut(usize, f64, usize)) {
-        let n = self.own.len();
+    /// The blocks of two by two: vertex of the rows, vertex of the columns, and the numbers xx, xy, yx, yy.
+    pub(crate) fn blocks(&mut self) -> &[(usize, usize, [f64; 4])] {
+        let Self { own, next, far, blocks } = self;
+        let n = own.len();
+        blocks.clear();
         for i in 0..n {
             let (before, after) = (preceding(i, n), following(i, n));
-            let ([xx, xy, yy], next, last) = (self.own[i], self.next[i], self.next[before]);
-            for (a, own, following, preceding) in [
-                (0, [xx, xy], [next[0], next[1]], [last[0], last[2]]),
-                (1, [xy, yy], [next[2], next[3]], [last[1], last[3]]),
-            ] {
-                for b in 0..2 {
-                    add(2 * i + a, preceding[b], 2 * before + b);
-                    add(2 * i + a, own[b], 2 * i + b);
-                    add(2 * i + a, following[b], 2 * after + b);
+            let ([xx, xy, yy], [a, b, c, d]) = (own[i], next[before]);
+            blocks.extend([(i, before, [a, c, b, d]), (i, i, [xx, xy, xy, yy]), (i, after, next[i])]);
+        }
+        for (vertices, term) in far {
+            for (a, &row) in vertices.iter().enumerate() {
+                for (b, &column) in vertices.iter().enumerate() {
+                    let entry = |r: usize, c: usize| term[2 * a + r][2 * b + c];
+                    blocks.push((row, column, [entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1)]));
                 }
             }
         }
-        for (vertices, term) in &self.far {
-            for (a, row) in term.iter().enumerate() {
-                for (b, value) in row.iter().enumerate() {
-                    add(2 * vertices[a / 2] + a % 2, *value, 2 * vertices[b / 2] + b % 2);
-                }
+        blocks
+    }
+
+    /// Sets the upper triangle of `out` to that of `J^T X J`, with these second derivatives X and the even motions J.
+    ///
+    /// In the frames of the vertices (`n`, `u` of [`Even::frame`]) `J = n + u S`. With `Z = u^T X n + (1/2) u^T X u S`
+    /// it is `n^T X n + S^T Z + Z^T S`, so all that is dense is S.
+    #[inline(always)]
+    pub(crate) fn reduce<S: Instructions>(&mut self, simd: S, even: &Even, work: &mut Work, out: &mut Matrix) {
+        let (n, width) = (self.own.len(), out.width);
+        let Work { z, gathered, scratch } = work;
+        for matrix in [&mut *z, &mut *gathered, &mut *out] {
+            matrix.values[..n * width].fill(0.0);
+        }
+        for &(i, j, [xx, xy, yx, yy]) in self.blocks() {
+            let ([[nx, ny], [ux, uy]], [[mx, my], [vx, vy]]) = (even.frame(i), even.frame(j));
+            let (to_n, to_u) = ([xx * mx + xy * my, yx * mx + yy * my], [xx * vx + xy * vy, yx * vx + yy * vy]);
+            out.values[i * width + j] += nx * to_n[0] + ny * to_n[1];
+            z.values[i * width + j] += ux * to_n[0] + uy * to_n[1];
+            let half = f64x8::splat(simd, 0.5 * (ux * to_u[0] + uy * to_u[1]));
+            let (from, to) = (even.spread_row(j), &mut z.values[i * width..(i + 1) * width]);
+            for k in (0..width).step_by(LANES) {
+                store(fma(half, load(simd, from, k), load(simd, to, k)), to, k);
             }
         }
+        even.add_gathered(simd, &z.values, width, &mut gathered.values, scratch);
+        for i in 0..n {
+            for j in i..n {
+                out.values[i * width + j] += gathered.values[i * width + j] + gathered.values[j * width + i];
+            }
+        }
+    }
+}
+
+/// Storage for [`Curvature::reduce`] and for the drag.
+#[derive(Debug)]
+pub(crate) struct Work {
+    pub(crate) z: Matrix,
+    pub(crate) gathered: Matrix,
+    pub(crate) scratch: Vec<f64>,
+}
+
+impl Work {
+    /// For rings of `n` vertices.
+    pub(crate) fn new(n: usize) -> Self {
+        Self { z: Matrix::new(n, n), gathered: Matrix::new(n, n), scratch: vec![0.0; 2 * padded(n)] }
     }
 }

@@ -3,8 +3,7 @@
 //! Matrices are stored by rows of equal width, a multiple of eight. All loops run along rows, eight numbers at a time
 //! and in a fixed order, so results are the same on any instruction set.
 
-use crate::on_instruction_set;
-use crate::physics::simd::{InstructionSet, Instructions, LANES, fma, load, padded, store};
+use crate::physics::simd::{Instructions, LANES, fma, load, padded, store, sum_lanes};
 use fearless_simd::{f64x8, prelude::*};
 
 /// Rows of equal width.
@@ -45,94 +44,165 @@ impl Matrix {
     }
 }
 
-/// `y += factor x` from column `from` on, which is rounded down to a multiple of eight.
+/// Rows that are eliminated together: each number of the rest is then read and written once for eight products. It is
+/// the width of a vector, so that the columns of a panel begin and end with vectors.
+const PANEL: usize = LANES;
+
+/// `y += f_0 x_0 + f_1 x_1 + ...` from column `from` on, which is rounded down to a multiple of eight.
 #[inline(always)]
-fn add_scaled<S: Instructions>(simd: S, factor: f64, x: &[f64], y: &mut [f64], from: usize) {
-    let factor = f64x8::splat(simd, factor);
-    for k in (from / LANES * LANES..y.len()).step_by(LANES) {
-        store(fma(factor, load(simd, x, k), load(simd, y, k)), y, k);
+fn add_rows<S: Instructions, const P: usize>(simd: S, factors: [f64; P], x: [&[f64]; P], y: &mut [f64], from: usize) {
+    // Loops, because code in a closure is compiled without vector instructions.
+    let mut wide = [f64x8::splat(simd, 0.0); P];
+    for p in 0..P {
+        wide[p] = f64x8::splat(simd, factors[p]);
+    }
+    let first = from / LANES * LANES;
+    for k in (first..y.len()).step_by(LANES) {
+        let mut sum = load(simd, y, k);
+        for p in 0..P {
+            sum = fma(wide[p], load(simd, x[p], k), sum);
+        }
+        store(sum, y, k);
     }
 }
 
-/// Solves `A z = b` for a symmetric positive definite A of `n` rows, of which the upper triangle is read and destroyed;
-/// `b` becomes z. False if A is not positive definite.
-///
-/// This is the factorisation `A = U^T D^-1 U` by rows: row k times `a_ki/a_kk` is taken from row i.
-pub(crate) fn solve_symmetric(set: InstructionSet, a: &mut Matrix, n: usize, b: &mut [f64]) -> bool {
-    on_instruction_set!(set, simd => solve_symmetric_with(simd, a, n, b))
+/// `sum_k x_k y_k`, in eight running sums.
+#[inline(always)]
+pub(crate) fn dot<S: Instructions>(simd: S, x: &[f64], y: &[f64]) -> f64 {
+    let mut sums = f64x8::splat(simd, 0.0);
+    let whole = x.len() / LANES * LANES;
+    for k in (0..whole).step_by(LANES) {
+        sums = fma(load(simd, x, k), load(simd, y, k), sums);
+    }
+    let mut sum = sum_lanes(sums);
+    for k in whole..x.len() {
+        sum += x[k] * y[k];
+    }
+    sum
 }
 
+/// Factorises a symmetric positive definite matrix of `n` rows, of which the upper triangle is read: `A = U^T D^-1 U`,
+/// with the diagonal D of U. U takes the place of the upper triangle. False if A is not positive definite.
 #[inline(always)]
-fn solve_symmetric_with<S: Instructions>(simd: S, a: &mut Matrix, n: usize, b: &mut [f64]) -> bool {
-    for k in 0..n {
-        let pivot = a.row(k)[k];
-        if !(pivot > 0.0) {
-            return false;
+pub(crate) fn factorise<S: Instructions>(simd: S, a: &mut Matrix, n: usize) -> bool {
+    let width = a.width;
+    for k in (0..n).step_by(PANEL) {
+        let size = PANEL.min(n - k);
+        let (head, rest) = a.values[k * width..n * width].split_at_mut(size * width);
+        for p in 0..size {
+            let (above, row) = head.split_at_mut(p * width);
+            for q in 0..p {
+                let earlier = &above[q * width..(q + 1) * width];
+                add_rows(simd, [-earlier[k + p] / earlier[k + q]], [earlier], &mut row[..width], k + p);
+            }
+            if !(row[k + p] > 0.0) {
+                return false;
+            }
         }
-        let inverse = 1.0 / pivot;
-        for i in k + 1..n {
-            let factor = -a.row(k)[i] * inverse;
-            if factor != 0.0 {
-                let (from, to) = a.rows(k, i);
-                add_scaled(simd, factor, from, to, i);
-                b[i] += factor * b[k];
+        if size == PANEL {
+            let panel: [&[f64]; PANEL] = std::array::from_fn(|p| &head[p * width..(p + 1) * width]);
+            let inverse: [f64; PANEL] = std::array::from_fn(|p| -1.0 / panel[p][k + p]);
+            for (at, row) in rest.chunks_exact_mut(width).enumerate() {
+                let i = k + PANEL + at;
+                let factors: [f64; PANEL] = std::array::from_fn(|p| panel[p][i] * inverse[p]);
+                add_rows(simd, factors, panel, row, i);
             }
         }
     }
-    for i in (0..n).rev() {
-        let row = a.row(i);
-        let mut rest = b[i];
-        for k in i + 1..n {
-            rest -= row[k] * b[k];
-        }
-        b[i] = rest / row[i];
-    }
     true
+}
+
+/// Solves `A z = b` for a matrix that [`factorise`] has factorised; `b` becomes z.
+#[inline(always)]
+pub(crate) fn solve_factorised<S: Instructions>(simd: S, a: &Matrix, n: usize, b: &mut [f64]) {
+    for k in 0..n {
+        let row = &a.row(k)[..n];
+        let factor = -b[k] / row[k];
+        for i in k + 1..n {
+            b[i] += factor * row[i];
+        }
+    }
+    for i in (0..n).rev() {
+        let row = &a.row(i)[..n];
+        b[i] = (b[i] - dot(simd, &row[i + 1..], &b[i + 1..n])) / row[i];
+    }
 }
 
 /// Solves `A Z = B` for a general A of `n` rows, which is destroyed; B becomes Z. False if A is singular.
 ///
 /// Gauss's elimination with the largest pivot of each column.
-pub(crate) fn solve_many(set: InstructionSet, a: &mut Matrix, n: usize, b: &mut Matrix) -> bool {
-    on_instruction_set!(set, simd => solve_many_with(simd, a, n, b))
+#[inline(always)]
+pub(crate) fn solve_many<S: Instructions>(simd: S, a: &mut Matrix, n: usize, b: &mut Matrix) -> bool {
+    for k in (0..n).step_by(PANEL) {
+        let size = PANEL.min(n - k);
+        if !factorise_panel(simd, a, b, n, k, size) {
+            return false;
+        }
+        if size == PANEL {
+            let (a_head, a_rest) = a.values[k * a.width..n * a.width].split_at_mut(PANEL * a.width);
+            let (b_head, b_rest) = b.values[k * b.width..n * b.width].split_at_mut(PANEL * b.width);
+            let a_panel: [&[f64]; PANEL] = std::array::from_fn(|p| &a_head[p * a.width..(p + 1) * a.width]);
+            let b_panel: [&[f64]; PANEL] = std::array::from_fn(|p| &b_head[p * b.width..(p + 1) * b.width]);
+            for (a_row, b_row) in a_rest.chunks_exact_mut(a.width).zip(b_rest.chunks_exact_mut(b.width)) {
+                let factors: [f64; PANEL] = std::array::from_fn(|p| -a_row[k + p]);
+                add_rows(simd, factors, a_panel, a_row, k + PANEL);
+                add_rows(simd, factors, b_panel, b_row, 0);
+            }
+        }
+    }
+    for i in (0..n).rev() {
+        let (head, below) = b.values.split_at_mut((i + 1) * b.width);
+        let (row, factors) = (&mut head[i * b.width..], &a.row(i)[..n]);
+        let inverse = f64x8::splat(simd, 1.0 / factors[i]);
+        for j in (0..b.width).step_by(LANES) {
+            let mut sum = load(simd, row, j);
+            for k in i + 1..n {
+                sum = fma(f64x8::splat(simd, -factors[k]), load(simd, below, (k - i - 1) * b.width + j), sum);
+            }
+            store(sum * inverse, row, j);
+        }
+    }
+    true
 }
 
+/// Eliminates the columns `k .. k + size` below their pivots, where the factors of the rows stay, and finishes the rows
+/// of the pivots.
 #[inline(always)]
-fn solve_many_with<S: Instructions>(simd: S, a: &mut Matrix, n: usize, b: &mut Matrix) -> bool {
-    for k in 0..n {
-        let mut best = k;
-        for i in k + 1..n {
-            if a.row(i)[k].abs() > a.row(best)[k].abs() {
+fn factorise_panel<S: Instructions>(simd: S, a: &mut Matrix, b: &mut Matrix, n: usize, k: usize, size: usize) -> bool {
+    let width = a.width;
+    for column in k..k + size {
+        let mut best = column;
+        for i in column..n {
+            let mut value = a.values[i * width + column];
+            for q in k..column {
+                value -= a.values[i * width + q] * a.values[q * width + column];
+            }
+            a.values[i * width + column] = value;
+            if value.abs() > a.values[best * width + column].abs() {
                 best = i;
             }
         }
-        if best != k {
-            swap_rows(a, k, best);
-            swap_rows(b, k, best);
+        if best != column {
+            swap_rows(a, column, best);
+            swap_rows(b, column, best);
         }
-        let pivot = a.row(k)[k];
+        let pivot = a.values[column * width + column];
         if !(pivot.abs() > 0.0) {
             return false;
         }
         let inverse = 1.0 / pivot;
-        for i in k + 1..n {
-            let factor = -a.row(i)[k] * inverse;
-            let (from, to) = a.rows(k, i);
-            add_scaled(simd, factor, from, to, k);
-            let (from, to) = b.rows(k, i);
-            add_scaled(simd, factor, from, to, 0);
+        for i in column + 1..n {
+            a.values[i * width + column] *= inverse;
         }
-    }
-    for i in (0..n).rev() {
-        for k in i + 1..n {
-            let factor = -a.row(i)[k];
-            let (from, to) = b.rows(k, i);
-            add_scaled(simd, factor, from, to, 0);
-        }
-        let inverse = f64x8::splat(simd, 1.0 / a.row(i)[i]);
-        let row = b.row_mut(i);
-        for k in (0..row.len()).step_by(LANES) {
-            store(load(simd, row, k) * inverse, row, k);
+        for q in k..column {
+            let factor = -a.values[column * width + q];
+            for j in column + 1..k + size {
+                a.values[column * width + j] += factor * a.values[q * width + j];
+            }
+            let (from, to) = a.rows(q, column);
+            add_rows(simd, [factor], [from], to, k + PANEL);
+            let (from, to) = b.rows(q, column);
+            add_rows(simd, [factor], [from], to, 0);
         }
     }
     true
@@ -148,6 +218,8 @@ fn swap_rows(a: &mut Matrix, i: usize, j: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::on_instruction_set;
+    use crate::physics::simd::InstructionSet;
 
     fn filled(n: usize, f: impl Fn(usize, usize) -> f64) -> Matrix {
         let mut matrix = Matrix::new(n, n);
@@ -174,8 +246,11 @@ mod tests {
             let a = positive(n);
             let b: Vec<f64> = (0..n).map(|i| entry(i, 3)).collect();
             let solve = |set: InstructionSet| {
-                let mut z = b.clone();
-                assert!(solve_symmetric(set, &mut a.clone(), n, &mut z));
+                let (mut z, mut factors) = (b.clone(), a.clone());
+                on_instruction_set!(set, simd => {
+                    assert!(factorise(simd, &mut factors, n));
+                    solve_factorised(simd, &factors, n, &mut z);
+                });
                 z
             };
             let z = solve(InstructionSet::new());
@@ -191,7 +266,7 @@ mod tests {
     fn a_matrix_that_is_not_positive_definite_is_noticed() {
         let mut a = positive(12);
         a.row_mut(7)[7] -= 1e3;
-        assert!(!solve_symmetric(InstructionSet::new(), &mut a, 12, &mut [1.0; 12]));
+        assert!(!on_instruction_set!(InstructionSet::new(), simd => factorise(simd, &mut a, 12)));
     }
 
     #[test]
@@ -201,7 +276,7 @@ mod tests {
         let b = filled(n, |i, j| entry(j, i + 2));
         let solve = |set: InstructionSet| {
             let mut z = b.clone();
-            assert!(solve_many(set, &mut a.clone(), n, &mut z));
+            assert!(on_instruction_set!(set, simd => solve_many(simd, &mut a.clone(), n, &mut z)));
             z.values
         };
         let z = solve(InstructionSet::new());
@@ -213,6 +288,7 @@ mod tests {
             }
         }
         let mut singular = filled(4, |i, _| i as f64);
-        assert!(!solve_many(InstructionSet::new(), &mut singular, 4, &mut Matrix::new(4, 4)));
+        let mut right = Matrix::new(4, 4);
+        assert!(!on_instruction_set!(InstructionSet::new(), simd => solve_many(simd, &mut singular, 4, &mut right)));
     }
 }

@@ -11,13 +11,17 @@
 //! [`interior`](crate::physics::liquid::interior). So a body that moves rigidly feels exactly `b_inf V`, whatever its
 //! shape.
 
+use crate::on_instruction_set;
 use crate::parameters::MASS;
+use crate::physics::liquid::curvature::Work;
+use crate::physics::liquid::dense::{Matrix, dot};
 use crate::physics::liquid::even::Even;
 use crate::physics::liquid::interior::Interior;
 use crate::physics::liquid::near_wall::NearWall;
 use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
 use crate::physics::liquid::potential::Evaluation;
-use crate::physics::simd::{InstructionSet, padded};
+use crate::physics::simd::{InstructionSet, Instructions, LANES, fma, load, padded, store};
+use fearless_simd::{f64x8, prelude::*};
 
 /// The quadratic form at one shape.
 #[derive(Debug)]
@@ -30,8 +34,11 @@ pub(crate) struct Dissipation {
     /// `b_inf/a0`.
     friction: f64,
     near_wall: Option<NearWall>,
+    set: InstructionSet,
     flow: Vec<f64>,
     pressure: Vec<f64>,
+    /// Forces on the vertices.
+    force: Vec<f64>,
 }
 
 impl Dissipation {
@@ -44,8 +51,10 @@ impl Dissipation {
             y_gradient: Vec::new(),
             friction,
             near_wall,
+            set,
             flow: vec![0.0; padded(n)],
             pressure: vec![0.0; padded(n)],
+            force: vec![0.0; 2 * n],
         }
     }
 
@@ -76,11 +85,13 @@ impl Dissipation {
             self.flow[e] = self.edges.nx[e] * vx + self.edges.ny[e] * vy;
         }
         let mut squares = MASS * (cx * cx + cy * cy);
-        for e in 0..n {
-            let row = self.interior.row(e);
-            self.pressure[e] = (0..n).map(|k| row[k] * self.flow[k]).sum();
-            squares += self.flow[e] * self.pressure[e];
-        }
+        let Self { interior, flow, pressure, .. } = self;
+        on_instruction_set!(self.set, simd => {
+            for e in 0..n {
+                pressure[e] = dot(simd, interior.row(e), &flow[..n]);
+                squares += flow[e] * pressure[e];
+            }
+        });
         let (mut px, mut py) = (0.0, 0.0);
         for e in 0..n {
             px += self.edges.nx[e] * self.pressure[e];
@@ -102,60 +113,114 @@ impl Dissipation {
         squares
     }
 
-    /// Fills `full`, of `2 n` rows of `width` numbers, with the matrix B in the space of vertices.
+    /// Sets `out` to the drag of even motions, `J^T B J`.
     ///
-    /// With D from vertices to normal velocities of edges, `W = D - n_x g_x^T - n_y g_y^T`, and `B = (b/a0) (W^T Q W +
-    /// a0 (g_x g_x^T + g_y g_y^T))`, written out as `D^T Q D` and terms of low rank.
-    pub(crate) fn fill(&self, full: &mut [f64], width: usize) {
+    /// Let F give the normal velocities of the edges for normal parts `nu`, `g` the velocity of the centroid, and m the
+    /// normals. Then `J^T B J = (b/a0) [(F - m g)^T Q (F - m g) + a0 g^T g]`, written out as `F^T Q F` and terms of low
+    /// rank.
+    pub(crate) fn fill(&mut self, even: &Even, work: &mut Work, out: &mut Matrix) {
         let n = self.edges.length.len();
-        let (nx, ny) = (&self.edges.nx, &self.edges.ny);
-        // Q n_x, Q n_y and the numbers n^T Q n.
-        let times = |normal: &[f64]| -> Vec<f64> {
-            (0..n).map(|e| (0..n).map(|k| self.interior.row(e)[k] * normal[k]).sum()).collect()
-        };
-        let q = [times(nx), times(ny)];
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let cross = [[dot(nx, &q[0]), dot(nx, &q[1])], [dot(ny, &q[0]), dot(ny, &q[1])]];
-        // D^T Q n for both directions.
-        let spread = |pressure: &[f64], at: usize| {
-            let (i, normal) = (at / 2, if at.is_multiple_of(2) { nx } else { ny });
-            let k = preceding(i, n);
-            0.5 * (normal[i] * pressure[i] + normal[k] * pressure[k])
-        };
-        let s: [Vec<f64>; 2] = [0, 1].map(|d| (0..2 * n).map(|at| spread(&q[d], at)).collect());
-        let g = [&self.x_gradient, &self.y_gradient];
+        let mut terms = Terms::new(padded(n));
+        for (d, (normal, gradient)) in
+            [(&self.edges.nx, &self.x_gradient), (&self.edges.ny, &self.y_gradient)].into_iter().enumerate()
+        {
+            for e in 0..n {
+                self.pressure[e] = self.interior.row(e).iter().zip(normal).map(|(q, m)| q * m).sum();
+            }
+            for (e, other) in [&self.edges.nx, &self.edges.ny].into_iter().enumerate() {
+                terms.cross[d][e] = self.pressure.iter().zip(other).map(|(p, m)| p * m).sum();
+            }
+            for i in 0..n {
+                let k = preceding(i, n);
+                for (c, m) in [&self.edges.nx, &self.edges.ny].into_iter().enumerate() {
+                    self.force[2 * i + c] = 0.5 * (m[i] * self.pressure[i] + m[k] * self.pressure[k]);
+                }
+            }
+            even.reduce(&self.force, &mut terms.flow[d]);
+            even.reduce(gradient, &mut terms.centroid[d]);
+        }
+        let along = self.near_wall.as_ref().map_or([0.0; 3], |near_wall| near_wall.along);
+        out.values.fill(0.0);
+        on_instruction_set!(self.set, simd => {
+            self.forces(simd, even, None, work);
+            // Q is symmetric, so the transpose of F^T Q is Q F.
+            for i in 0..n {
+                for j in 0..n {
+                    out.values[j * out.width + i] = work.gathered.values[i * out.width + j];
+                }
+            }
+            self.forces(simd, even, Some(out), work);
+            terms.add(simd, self.friction, along, &work.gathered, out, n);
+        });
+        if let Some(near_wall) = &self.near_wall {
+            for (i, z) in near_wall.z.iter().enumerate() {
+                out.row_mut(i)[i] += z;
+            }
+        }
+    }
+
+    /// Sets `work.gathered` to `F^T X`, for Q in the place of X where there is none.
+    #[inline(always)]
+    fn forces<S: Instructions>(&self, simd: S, even: &Even, x: Option<&Matrix>, work: &mut Work) {
+        let (n, x) = (self.edges.length.len(), x.unwrap_or(self.interior.form()));
+        let (width, Work { z, gathered, scratch }) = (x.width, work);
         for i in 0..n {
             let k = preceding(i, n);
-            for j in 0..n {
-                let l = preceding(j, n);
-                let (row_i, row_k) = (self.interior.row(i), self.interior.row(k));
-                for (a, normal_a) in [(0, nx), (1, ny)] {
-                    let upper = [
-                        normal_a[i] * row_i[j] + normal_a[k] * row_k[j],
-                        normal_a[i] * row_i[l] + normal_a[k] * row_k[l],
-                    ];
-                    for (b, normal_b) in [(0, nx), (1, ny)] {
-                        full[(2 * i + a) * width + 2 * j + b] =
-                            0.25 * (upper[0] * normal_b[j] + upper[1] * normal_b[l]);
-                    }
-                }
+            let [[ax, ay], [ux, uy]] = even.frame(i);
+            let ([mx, my], [lx, ly]) = ([self.edges.nx[i], self.edges.ny[i]], [self.edges.nx[k], self.edges.ny[k]]);
+            let a = f64x8::splat(simd, 0.5 * (ax * mx + ay * my));
+            let b = f64x8::splat(simd, 0.5 * (ax * lx + ay * ly));
+            let p = f64x8::splat(simd, 0.5 * (ux * mx + uy * my));
+            let q = f64x8::splat(simd, 0.5 * (ux * lx + uy * ly));
+            for c in (0..width).step_by(LANES) {
+                let (here, last) = (load(simd, &x.values, i * width + c), load(simd, &x.values, k * width + c));
+                store(fma(a, here, b * last), &mut gathered.values, i * width + c);
+                store(fma(p, here, q * last), &mut z.values, i * width + c);
             }
         }
-        for r in 0..2 * n {
-            for c in 0..2 * n {
-                let mut sum = full[r * width + c];
-                for d in 0..2 {
-                    sum -= g[d][r] * s[d][c] + s[d][r] * g[d][c];
-                    for (e, row) in cross[d].iter().enumerate() {
-                        sum += g[d][r] * row * g[e][c];
-                    }
-                    sum += MASS * g[d][r] * g[d][c];
-                }
-                full[r * width + c] = self.friction * sum;
+        even.add_gathered(simd, &z.values, width, &mut gathered.values, scratch);
+    }
+}
+
+/// The parts of the drag that are of low rank, for both directions.
+struct Terms {
+    /// `F^T Q m`.
+    flow: [Vec<f64>; 2],
+    /// `J^T` of the gradients of the centroid.
+    centroid: [Vec<f64>; 2],
+    /// `m^T Q m`.
+    cross: [[f64; 2]; 2],
+}
+
+impl Terms {
+    fn new(n: usize) -> Self {
+        let vectors = || [vec![0.0; n], vec![0.0; n]];
+        Self { flow: vectors(), centroid: vectors(), cross: [[0.0; 2]; 2] }
+    }
+
+    /// `out = friction (x + terms) + g^T along g`.
+    #[inline(always)]
+    fn add<S: Instructions>(&self, simd: S, friction: f64, along: [f64; 3], x: &Matrix, out: &mut Matrix, n: usize) {
+        let [[sx, sy], [gx, gy]] = [&self.flow, &self.centroid];
+        let own = |a: usize, b: usize| self.cross[a][b] + if a == b { MASS } else { 0.0 };
+        let [xx, xy, yx, yy] = [
+            friction * own(0, 0) + along[0],
+            friction * own(0, 1) + along[1],
+            friction * own(1, 0) + along[1],
+            friction * own(1, 1) + along[2],
+        ];
+        let (width, scale) = (x.width, f64x8::splat(simd, friction));
+        for i in 0..n {
+            let of_sx = f64x8::splat(simd, -friction * gx[i]);
+            let of_sy = f64x8::splat(simd, -friction * gy[i]);
+            let of_gx = f64x8::splat(simd, gx[i] * xx + gy[i] * yx - friction * sx[i]);
+            let of_gy = f64x8::splat(simd, gx[i] * xy + gy[i] * yy - friction * sy[i]);
+            for k in (0..width).step_by(LANES) {
+                let sum = scale * load(simd, &x.values, i * width + k);
+                let sum = fma(of_sx, load(simd, sx, k), fma(of_sy, load(simd, sy, k), sum));
+                let sum = fma(of_gx, load(simd, gx, k), fma(of_gy, load(simd, gy, k), sum));
+                store(sum, &mut out.values, i * width + k);
             }
-        }
-        if let Some(near_wall) = &self.near_wall {
-            near_wall.add_matrix(&self.x_gradient, &self.y_gradient, full, width);
         }
     }
 }
@@ -219,23 +284,29 @@ mod tests {
 
     #[test]
     fn the_matrix_is_the_drag_and_dissipation_is_never_negative() {
-        let n = 24;
-        let (_, mut dissipation) = ellipse(n, 0.7, 0.35);
-        let width = padded(2 * n);
-        let mut full = vec![0.0; 2 * n * width];
-        dissipation.fill(&mut full, width);
-        for k in 1..20 {
-            let v: Vec<f64> = (0..2 * n).map(|i| libm::sin(0.37 * f64::from(k) * i as f64 + 0.1)).collect();
-            let mut drag = vec![0.0; 2 * n];
-            let squares = dissipation.drag(&v, &mut drag);
-            assert!(squares > 0.0);
-            for row in 0..2 * n {
-                let product: f64 = (0..2 * n).map(|column| full[row * width + column] * v[column]).sum();
-                assert!((product - drag[row]).abs() < 1e-10);
-                assert!((0..2 * n).all(|c| (full[row * width + c] - full[c * width + row]).abs() < 1e-11));
+        for n in [24, 29] {
+            let (shape, mut dissipation) = ellipse(n, 0.7, 0.35);
+            let (mut edges, mut even) = (Edges::default(), Even::default());
+            edges.measure(&shape);
+            even.measure(&edges);
+            let (mut work, mut matrix) = (Work::new(n), Matrix::new(n, n));
+            on_instruction_set!(InstructionSet::new(), simd => even.spread(simd));
+            dissipation.fill(&even, &mut work, &mut matrix);
+            for k in 1..20 {
+                let nu: Vec<f64> = (0..n).map(|i| libm::sin(0.37 * f64::from(k) * i as f64 + 0.1)).collect();
+                let (mut v, mut drag, mut reduced) = (vec![0.0; 2 * n], vec![0.0; 2 * n], vec![0.0; n]);
+                even.displace(&nu, &mut v);
+                let squares = dissipation.drag(&v, &mut drag);
+                assert!(squares > 0.0);
+                even.reduce(&drag, &mut reduced);
+                for i in 0..n {
+                    let product: f64 = (0..n).map(|j| matrix.row(i)[j] * nu[j]).sum();
+                    assert!((product - reduced[i]).abs() < 1e-10);
+                    assert!((0..n).all(|j| (matrix.row(i)[j] - matrix.row(j)[i]).abs() < 1e-11));
+                }
+                let power: f64 = v.iter().zip(&drag).map(|(v, f)| v * f).sum();
+                assert!((power / (FRICTION * squares) - 1.0).abs() < 1e-12);
             }
-            let power: f64 = v.iter().zip(&drag).map(|(v, f)| v * f).sum();
-            assert!((power / (FRICTION * squares) - 1.0).abs() < 1e-12);
         }
     }
 }

@@ -12,8 +12,9 @@
 //! so `sigma` is a running sum. A rigid shift of an even polygon is such a motion, exactly. The energy falls along
 //! these motions as along any others; vertices never gather, and no force is needed to keep them apart.
 
+use crate::physics::liquid::dense::Matrix;
 use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
-use crate::physics::simd::{Instructions, LANES, fma, load, store};
+use crate::physics::simd::{Instructions, LANES, fma, load, padded, store};
 use fearless_simd::{f64x8, prelude::*};
 
 /// Cosines are not taken to be smaller than this. An outline that turns by more than 168 degrees at one vertex is a
@@ -27,6 +28,10 @@ pub(crate) struct Even {
     pub(crate) ty: Vec<f64>,
     sine: Vec<f64>,
     cosine: Vec<f64>,
+    /// S, if it was computed.
+    spread: Matrix,
+    mean: Vec<f64>,
+    growth: Vec<f64>,
 }
 
 impl Even {
@@ -122,12 +127,64 @@ impl Even {
         }
     }
 
-    /// `J^T X` for a matrix X of `2 n` rows of `width` numbers; `out` has n rows, `scratch` two.
+    /// Computes the matrix of `sigma = S nu` by its rows: each follows from the one before it.
     #[inline(always)]
-    pub(crate) fn reduce_rows<S: Instructions>(
+    pub(crate) fn spread<S: Instructions>(&mut self, simd: S) {
+        let n = self.tx.len();
+        let share = 2.0 / n as f64;
+        let Self { sine, spread, mean, growth, .. } = self;
+        if spread.values.len() != n * padded(n) {
+            *spread = Matrix::new(n, n);
+            *mean = vec![0.0; padded(n)];
+            *growth = vec![0.0; padded(n)];
+        }
+        for i in 0..n {
+            growth[i] = share * sine[i];
+        }
+        mean.fill(0.0);
+        let width = spread.width;
+        spread.values[..width].fill(0.0);
+        for i in 0..n - 1 {
+            let (from, to) = (i * width, (i + 1) * width);
+            for k in (0..width).step_by(LANES) {
+                let row = load(simd, &spread.values, from + k) + load(simd, growth, k);
+                store(row, &mut spread.values, to + k);
+            }
+            spread.values[to + i] -= sine[i];
+            spread.values[to + i + 1] -= sine[i + 1];
+            for k in (0..width).step_by(LANES) {
+                store(load(simd, mean, k) + load(simd, &spread.values, to + k), mean, k);
+            }
+        }
+        let inverse = f64x8::splat(simd, -1.0 / n as f64);
+        for k in (0..width).step_by(LANES) {
+            store(load(simd, mean, k) * inverse, mean, k);
+        }
+        for i in 0..n {
+            for k in (0..width).step_by(LANES) {
+                let row = load(simd, &spread.values, i * width + k) + load(simd, mean, k);
+                store(row, &mut spread.values, i * width + k);
+            }
+        }
+    }
+
+    /// Row `i` of S.
+    pub(crate) fn spread_row(&self, i: usize) -> &[f64] {
+        self.spread.row(i)
+    }
+
+    /// The frame of vertex `i`: its normal, and the displacement for `sigma_i = 1`.
+    pub(crate) fn frame(&self, i: usize) -> [[f64; 2]; 2] {
+        let (tx, ty, inverse) = (self.tx[i], self.ty[i], 1.0 / self.cosine[i]);
+        [[ty, -tx], [tx * inverse, ty * inverse]]
+    }
+
+    /// Adds `S^T F` to `out`, for a matrix F of n rows of `width` numbers; `scratch` has two rows.
+    #[inline(always)]
+    pub(crate) fn add_gathered<S: Instructions>(
         &self,
         simd: S,
-        x: &[f64],
+        force: &[f64],
         width: usize,
         out: &mut [f64],
         scratch: &mut [f64],
@@ -135,23 +192,19 @@ impl Even {
         let n = self.tx.len();
         scratch[..2 * width].fill(0.0);
         let (after, weighted) = scratch.split_at_mut(width);
-        let splat = |value: f64| f64x8::splat(simd, value);
         for i in (0..n).rev() {
-            let (tx, ty, s) = (splat(self.tx[i]), splat(self.ty[i]), splat(-self.sine[i]));
-            let (inverse, weight) = (splat(1.0 / self.cosine[i]), splat(2.0 / n as f64 * i as f64));
-            let (x_row, y_row) = (2 * i * width, (2 * i + 1) * width);
+            let (s, weight) = (f64x8::splat(simd, -self.sine[i]), f64x8::splat(simd, 2.0 / n as f64 * i as f64));
+            let row = i * width;
             for k in (0..width).step_by(LANES) {
-                let (fx, fy) = (load(simd, x, x_row + k), load(simd, x, y_row + k));
-                let along = fma(tx, fx, ty * fy) * inverse;
-                let normal = fma(ty, fx, -(tx * fy));
-                let sum = load(simd, after, k);
-                store(fma(s, sum + sum + along, normal), out, i * width + k);
+                let (along, sum) = (load(simd, force, row + k), load(simd, after, k));
+                store(fma(s, sum + sum + along, load(simd, out, row + k)), out, row + k);
                 store(sum + along, after, k);
                 store(fma(weight, along, load(simd, weighted, k)), weighted, k);
             }
         }
         for i in 0..n {
-            let (s, mean) = (splat(self.sine[i]), splat(-(2.0 * i as f64 - n as f64) / n as f64));
+            let s = f64x8::splat(simd, self.sine[i]);
+            let mean = f64x8::splat(simd, -(2.0 * i as f64 - n as f64) / n as f64);
             for k in (0..width).step_by(LANES) {
                 let rest = fma(mean, load(simd, after, k), load(simd, weighted, k));
                 store(fma(s, rest, load(simd, out, i * width + k)), out, i * width + k);
@@ -243,23 +296,38 @@ mod tests {
     }
 
     #[test]
-    fn matrices_are_reduced_like_forces_on_any_instruction_set() {
+    fn the_matrix_spreads_and_gathers_like_the_motions_on_any_instruction_set() {
         let n = 40;
         let (_, even) = directions(&bean(n));
         let width = padded(5);
-        let x: Vec<f64> = wave(80 * width, 0.37);
-        let reduce = |set: InstructionSet| {
+        let forces: Vec<f64> = wave(n * width, 0.37);
+        let gather = |set: InstructionSet| {
+            let mut even = even.clone();
             let (mut out, mut scratch) = (vec![0.0; n * width], vec![0.0; 2 * width]);
-            on_instruction_set!(set, simd => even.reduce_rows(simd, &x, width, &mut out, &mut scratch));
-            out
+            on_instruction_set!(set, simd => {
+                even.spread(simd);
+                even.add_gathered(simd, &forces, width, &mut out, &mut scratch);
+            });
+            (even, out)
         };
-        let out = reduce(InstructionSet::new());
-        assert_eq!(out, reduce(InstructionSet::fallback()));
-        for column in 0..width {
-            let force: Vec<f64> = (0..80).map(|row| x[row * width + column]).collect();
-            let mut reduced = vec![0.0; n];
-            even.reduce(&force, &mut reduced);
-            assert!((0..n).all(|i| (reduced[i] - out[i * width + column]).abs() < 1e-12));
+        let (even, out) = gather(InstructionSet::new());
+        let (slow, same) = gather(InstructionSet::fallback());
+        assert_eq!((&out, even.spread.values.clone()), (&same, slow.spread.values));
+        for j in 0..n {
+            let (mut motion, mut unit) = (vec![0.0; 2 * n], vec![0.0; n]);
+            unit[j] = 1.0;
+            even.displace(&unit, &mut motion);
+            for i in 0..n {
+                let [normal, along] = even.frame(i);
+                for c in 0..2 {
+                    let moved = unit[i] * normal[c] + even.spread_row(i)[j] * along[c];
+                    assert!((moved - motion[2 * i + c]).abs() < 1e-13);
+                }
+            }
+            for k in 0..width {
+                let gathered: f64 = (0..n).map(|i| even.spread_row(i)[j] * forces[i * width + k]).sum();
+                assert!((gathered - out[j * width + k]).abs() < 1e-12);
+            }
         }
     }
 }

@@ -69,6 +69,11 @@ impl Interior {
         &self.q.row(e)[..self.n]
     }
 
+    /// Q.
+    pub(crate) const fn form(&self) -> &Matrix {
+        &self.q
+    }
+
     /// Computes Q for the vertices `x`, `y`, which stand counter-clockwise. False if the equations have no solution.
     pub(crate) fn assemble(&mut self, x: &[f64], y: &[f64]) -> bool {
         let n = self.n;
@@ -91,7 +96,7 @@ impl Interior {
                 self.elements(simd, e);
             }
         });
-        if !solve_many(set, &mut self.h, n, &mut self.q) {
+        if !on_instruction_set!(set, simd => solve_many(simd, &mut self.h, n, &mut self.q)) {
             return false;
         }
         self.symmetric();

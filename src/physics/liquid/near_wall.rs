@@ -24,12 +24,12 @@ pub(crate) struct NearWall {
     ring: Ring,
     /// Damping rate far from walls, 1/V_t.
     far: f64,
-    /// z of each vertex.
-    z: Vec<f64>,
+    /// z of each vertex, which multiplies the square of its normal velocity.
+    pub(crate) z: Vec<f64>,
     tx: Vec<f64>,
     ty: Vec<f64>,
-    /// `sum z t t^T`: xx, xy, yy.
-    along: [f64; 3],
+    /// `sum z t t^T`, which multiplies the square of the velocity of the centroid: xx, xy, yy.
+    pub(crate) along: [f64; 3],
 }
 
 impl NearWall {
@@ -70,26 +70,6 @@ impl NearWall {
             let push = self.z[i] * (v[2 * i] * nx + v[2 * i + 1] * ny);
             out[2 * i] += push * nx + gx[2 * i] * fx + gy[2 * i] * fy;
             out[2 * i + 1] += push * ny + gx[2 * i + 1] * fx + gy[2 * i + 1] * fy;
-        }
-    }
-
-    /// Adds its matrix to `full`, of `2 n` rows of `width` numbers.
-    pub(crate) fn add_matrix(&self, gx: &[f64], gy: &[f64], full: &mut [f64], width: usize) {
-        let n = self.z.len();
-        let [xx, xy, yy] = self.along;
-        for row in 0..2 * n {
-            let (fx, fy) = (gx[row] * xx + gy[row] * xy, gx[row] * xy + gy[row] * yy);
-            for column in 0..2 * n {
-                full[row * width + column] += fx * gx[column] + fy * gy[column];
-            }
-        }
-        for i in 0..n {
-            let normal = [self.ty[i], -self.tx[i]];
-            for (a, na) in normal.iter().enumerate() {
-                for (b, nb) in normal.iter().enumerate() {
-                    full[(2 * i + a) * width + 2 * i + b] += self.z[i] * na * nb;
-                }
-            }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! What is near a droplet, listed once a step: obstacles with the vertices and edges near them, and parts of the
 //! droplet that are near one another.
 //!
-//! The list holds everything that can touch while no vertex is further than `SKIN` from where it was listed. What is
-//! listed but does not touch adds nothing, so no result depends on when a list was made.
+//! The list holds everything that can touch while no vertex is further than `SKIN` from where it was listed. Parts of the
+//! droplet are listed again only after it has changed its shape. What is listed but does not touch adds nothing, so no
+//! result depends on when a list was made.
 
 use crate::physics::liquid::polygon::{Polygon, following};
 use crate::physics::liquid::self_contact::SelfContact;
@@ -10,7 +11,10 @@ use crate::physics::walls::neighbours::obstacles_near;
 use crate::physics::walls::wall::{Obstacle, Walls};
 
 /// How far vertices may move before a new list is needed, in sigma.
-pub(crate) const SKIN: f64 = 0.06;
+pub(crate) const SKIN: f64 = 0.05;
+
+/// How far vertices may be, relative to one another, from where pairs were listed.
+const CHANGE: f64 = 0.015;
 
 /// An obstacle near the droplet.
 #[derive(Clone, Debug)]
@@ -29,12 +33,13 @@ pub(crate) struct Nearby<O> {
     /// Pairs of a vertex and an edge.
     pub(crate) pairs: Vec<[usize; 2]>,
     listed_at: Polygon,
+    paired_at: Polygon,
 }
 
 impl<O: Obstacle> Nearby<O> {
     pub(crate) const fn none() -> Self {
-        let listed_at = Polygon { x: Vec::new(), y: Vec::new() };
-        Self { obstacles: Vec::new(), pairs: Vec::new(), listed_at }
+        const NOWHERE: Polygon = Polygon { x: Vec::new(), y: Vec::new() };
+        Self { obstacles: Vec::new(), pairs: Vec::new(), listed_at: NOWHERE, paired_at: NOWHERE }
     }
 
     /// Makes the list for vertices near `shape`.
@@ -51,9 +56,12 @@ impl<O: Obstacle> Nearby<O> {
         let found = obstacles_near(walls, origin, shape.bounds(), far);
         self.obstacles = found.into_iter().map(|obstacle| near(obstacle, shape, far)).collect();
         self.obstacles.retain(|near| !near.vertices.is_empty() || !near.edges.is_empty());
-        match folds {
-            Some(folds) => folds.list(shape, 2.0 * SKIN, &mut self.pairs),
-            None => self.pairs.clear(),
+        // Negated, so that a NaN too leads to a new list.
+        if let Some(folds) = folds
+            && !(self.paired_at.len() == shape.len() && change(shape, &self.paired_at) <= CHANGE)
+        {
+            self.paired_at.clone_from(shape);
+            folds.list(shape, 2.0 * (SKIN + CHANGE), &mut self.pairs);
         }
     }
 
@@ -61,6 +69,18 @@ impl<O: Obstacle> Nearby<O> {
     pub(crate) fn covers(&self, shape: &Polygon) -> bool {
         shape.largest_distance(&self.listed_at) <= SKIN
     }
+}
+
+/// The largest distance of a vertex from that of the same number, apart from a shift of all.
+fn change(a: &Polygon, b: &Polygon) -> f64 {
+    let n = a.len();
+    let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).sum::<f64>() / n as f64;
+    let (mx, my) = (mean(&a.x, &b.x), mean(&a.y, &b.y));
+    let squared = |i: usize| {
+        let (dx, dy) = (a.x[i] - b.x[i] - mx, a.y[i] - b.y[i] - my);
+        dx * dx + dy * dy
+    };
+    (0..n).map(squared).fold(0.0, |most: f64, d| if d <= most { most } else { d }).sqrt()
 }
 
 fn near<O: Obstacle>(obstacle: O, shape: &Polygon, far: f64) -> NearObstacle<O> {

@@ -13,7 +13,7 @@
 use crate::physics::liquid::curvature::Curvature;
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::{Edges, Polygon, following, preceding};
-use crate::physics::liquid::self_contact::{Pair, SelfContact};
+use crate::physics::liquid::self_contact::{Pair, SelfContact, Touch};
 use crate::physics::liquid::taut::{Load, Taut};
 use crate::physics::walls::wall::{Obstacle, Walls};
 use std::sync::Arc;
@@ -25,6 +25,10 @@ const MARGIN: f64 = 6.0;
 /// How often pressure and indentations are made consistent. The wall is so stiff that each round is a thousand times
 /// nearer.
 const ROUNDS: usize = 6;
+
+/// Area and centroid are consistent with the indentations when a round changes them by less than this: with K_a = 1e4
+/// the pressure is then known to 1e-11.
+const CONSISTENT: f64 = 1e-15;
 
 /// What the energy of a droplet is made of.
 #[derive(Debug)]
@@ -51,7 +55,7 @@ pub(crate) struct Potential<W: Walls> {
 pub(crate) struct Evaluation {
     pub(crate) energy: f64,
     pub(crate) gradient: Vec<f64>,
-    /// Second derivatives, without those of area and centroid squared.
+    /// Second derivatives, without those of area and centroid squared; see [`Potential::differentiate_twice`].
     pub(crate) curvature: Curvature,
     pub(crate) area_gradient: Vec<f64>,
     pub(crate) x_gradient: Vec<f64>,
@@ -65,10 +69,16 @@ pub(crate) struct Evaluation {
     pub(crate) overlap: f64,
     pub(crate) edges: Edges,
     pub(crate) strings: Vec<Taut>,
+    /// Where the droplet touches itself.
+    pub(crate) touches: Vec<Touch>,
+    /// Pressure and weight of the liquid.
+    pub(crate) load: Load,
     /// Where a film of liquid is closing, if one is.
     pub(crate) closing: Option<[f64; 2]>,
     /// Numbers of the obstacles that push, in rising order.
     pub(crate) touched: Vec<u32>,
+    /// Which contacts there are: strings and whether they are straight, vertices, and touching pairs.
+    pub(crate) active: Vec<u32>,
 }
 
 impl<W: Walls> Potential<W> {
@@ -77,20 +87,21 @@ impl<W: Walls> Potential<W> {
         self.reach - MARGIN * self.gamma / self.k_w
     }
 
-    /// Evaluates the energy at `shape`, which `nearby` covers.
+    /// Evaluates the energy and its gradient at `shape`, which `nearby` covers.
     pub(crate) fn evaluate(&self, shape: &Polygon, nearby: &Nearby<W::Obstacle>, out: &mut Evaluation) {
         out.edges.measure(shape);
         for column in [&mut out.gradient, &mut out.area_gradient, &mut out.x_gradient, &mut out.y_gradient] {
             column.clear();
             column.resize(2 * shape.len(), 0.0);
         }
-        out.curvature.clear(shape.len());
         out.touched.clear();
+        out.active.clear();
+        out.touches.clear();
         out.closing = None;
         out.overlap = 0.0;
-        let load = self.balance(shape, nearby, out);
-        self.add_liquid(shape, &load, out);
-        self.add_strings(&load, out);
+        out.load = self.balance(shape, nearby, out);
+        self.add_liquid(shape, out);
+        self.add_strings(out);
         self.add_walls(shape, nearby, out);
         self.add_folds(shape, nearby, out);
         out.touched.sort_unstable();
@@ -114,6 +125,7 @@ impl<W: Walls> Potential<W> {
             return load;
         }
         for _ in 0..ROUNDS {
+            let last = (out.area, out.x);
             let (mut area, mut moment) = (0.0, 0.0);
             for string in &mut out.strings {
                 string.settle(&load);
@@ -124,6 +136,9 @@ impl<W: Walls> Potential<W> {
             out.area = polygon.area + area;
             out.x = polygon.x + moment / out.area;
             load = self.load(out);
+            if (out.area - last.0).abs() <= CONSISTENT && (out.x - last.1).abs() <= CONSISTENT {
+                break;
+            }
         }
         load
     }
@@ -135,7 +150,7 @@ impl<W: Walls> Potential<W> {
     }
 
     /// Tension, area and weight of the polygon.
-    fn add_liquid(&self, shape: &Polygon, load: &Load, out: &mut Evaluation) {
+    fn add_liquid(&self, shape: &Polygon, out: &mut Evaluation) {
         let n = shape.len();
         let excess = out.area - self.rest;
         out.perimeter = out.edges.perimeter;
@@ -144,8 +159,8 @@ impl<W: Walls> Potential<W> {
         let sixth = 1.0 / (6.0 * out.area);
         for i in 0..n {
             let (j, k) = (following(i, n), preceding(i, n));
-            let (nx, ny, length) = (out.edges.nx[i], out.edges.ny[i], out.edges.length[i]);
-            let (tx, ty) = (self.gamma * out.edges.x[i] / length, self.gamma * out.edges.y[i] / length);
+            // The edge along its unit vector.
+            let (tx, ty) = (-self.gamma * out.edges.ny[i], self.gamma * out.edges.nx[i]);
             for (vertex, sign) in [(i, -1.0), (j, 1.0)] {
                 out.gradient[2 * vertex] += sign * tx;
                 out.gradient[2 * vertex + 1] += sign * ty;
@@ -162,38 +177,27 @@ impl<W: Walls> Potential<W> {
             out.y_gradient[2 * j + 1] += sixth * (cross + (yi + yj) * xi);
             out.y_gradient[2 * i] += sixth * (yi + yj) * yj;
             out.y_gradient[2 * j] -= sixth * (yi + yj) * yi;
-            let (xx, xy, yy) = (nx * nx, nx * ny, ny * ny);
-            let k = self.gamma / length;
-            let h = -0.5 * load.pressure;
-            let q = -load.weight / 6.0;
-            let term = [
-                [k * xx + 2.0 * q * yj, k * xy - q * xj, -k * xx + q * (yj - yi), -k * xy + h + q * (2.0 * xi + xj)],
-                [k * xy - q * xj, k * yy, -k * xy - h - q * (xi + 2.0 * xj), -k * yy],
-                [-k * xx + q * (yj - yi), -k * xy - h - q * (xi + 2.0 * xj), k * xx - 2.0 * q * yi, k * xy + q * xi],
-                [-k * xy + h + q * (2.0 * xi + xj), -k * yy, k * xy + q * xi, k * yy],
-            ];
-            out.curvature.add_edge(i, &term);
         }
         for k in 0..2 * n {
-            out.gradient[k] -= load.pressure * out.area_gradient[k] + self.weight * out.x_gradient[k];
+            out.gradient[k] -= out.load.pressure * out.area_gradient[k] + self.weight * out.x_gradient[k];
         }
     }
 
-    fn add_strings(&self, load: &Load, out: &mut Evaluation) {
+    fn add_strings(&self, out: &mut Evaluation) {
         let n = out.edges.length.len();
         for string in &out.strings {
-            let (i, term) = (string.edge, string.energy(load));
+            let (i, term) = (string.edge, string.force(&out.load));
             out.energy += term.energy;
             out.perimeter += term.length;
             out.overlap = out.overlap.max(string.indentation);
             out.touched.push(string.obstacle);
+            out.active.push(2 * i as u32 + u32::from(string.is_straight()));
             let j = following(i, n);
             for (k, at) in [2 * i, 2 * i + 1, 2 * j, 2 * j + 1].into_iter().enumerate() {
                 out.gradient[at] += term.gradient[k];
                 out.area_gradient[at] += term.area_gradient[k];
                 out.x_gradient[at] += term.moment_gradient[k] / out.area;
             }
-            out.curvature.add_edge(i, &term.hessian);
         }
     }
 
@@ -207,11 +211,9 @@ impl<W: Walls> Potential<W> {
                 out.energy += 0.5 * push * depth;
                 out.overlap = out.overlap.max(depth);
                 out.touched.push(near.obstacle.id());
+                out.active.push(i as u32);
                 out.gradient[2 * i] -= push * nx;
                 out.gradient[2 * i + 1] -= push * ny;
-                let turning = push * near.obstacle.curvature_at(x, y);
-                let term = |a: f64, b: f64, own: f64| self.k_w * a * b - turning * (own - a * b);
-                out.curvature.add_vertex(i, [term(nx, nx, 1.0), term(nx, ny, 0.0), term(ny, ny, 1.0)]);
             }
         }
     }
@@ -219,22 +221,26 @@ impl<W: Walls> Potential<W> {
     fn add_folds(&self, shape: &Polygon, nearby: &Nearby<W::Obstacle>, out: &mut Evaluation) {
         let Some(folds) = &self.folds else { return };
         for &pair in &nearby.pairs {
-            let touch = match folds.touch(shape, pair) {
-                Some(Pair::Gap(touch)) => touch,
-                Some(Pair::Film(place)) => {
-                    out.closing = out.closing.or(Some(place));
-                    continue;
+            match folds.touch(shape, pair) {
+                Some(Pair::Gap(touch)) => {
+                    out.energy += touch.energy;
+                    out.active.push(touch.vertices[0] as u32);
+                    for k in 0..6 {
+                        out.gradient[2 * touch.vertices[k / 2] + k % 2] += touch.gradient[k];
+                    }
+                    out.touches.push(touch);
                 }
-                None => continue,
-            };
-            out.energy += touch.energy;
-            for k in 0..6 {
-                out.gradient[2 * touch.vertices[k / 2] + k % 2] += touch.gradient[k];
+                Some(Pair::Film(place)) => out.closing = out.closing.or(Some(place)),
+                None => {}
             }
-            out.curvature.add_far(touch.vertices, touch.hessian);
         }
     }
 }
+
+mod settling;
+mod stiffness;
+
+pub(crate) use stiffness::Foreseen;
 
 #[cfg(test)]
 mod tests;

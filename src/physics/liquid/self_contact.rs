@@ -6,7 +6,7 @@
 //! the ring are left out: the half circle at the end of a film of thickness delta has the length `pi delta/2`, and
 //! twice that counts as neighbourhood.
 
-use crate::physics::liquid::jet::Jet;
+use crate::physics::liquid::jet::{Differentiable, Jet, Slope};
 use crate::physics::liquid::polygon::{Polygon, following};
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub(crate) struct SelfContact {
 #[derive(Clone, Debug)]
 pub(crate) enum Pair {
     /// They touch across a gap.
-    Gap(Box<Touch>),
+    Gap(Touch),
     /// The film of liquid between them is closing; where the vertex is.
     Film([f64; 2]),
 }
@@ -33,9 +33,10 @@ pub(crate) enum Pair {
 pub(crate) struct Touch {
     /// The vertex, and the two vertices of the edge.
     pub(crate) vertices: [usize; 3],
+    /// The place of the nearest point along the line of the edge.
+    place: f64,
     pub(crate) energy: f64,
     pub(crate) gradient: [f64; 6],
-    pub(crate) hessian: [[f64; 6]; 6],
 }
 
 impl SelfContact {
@@ -45,19 +46,25 @@ impl SelfContact {
         Self { delta, stiffness, neighbours: 2 + (PI * delta / edge).ceil() as usize }
     }
 
-    /// Lists the pairs of a vertex and an edge that are closer than `delta + skin`.
+    /// Lists the pairs of a vertex and an edge that are closer than `delta + skin`, and some more.
     pub(crate) fn list(&self, shape: &Polygon, skin: f64, pairs: &mut Vec<[usize; 2]>) {
         pairs.clear();
         let n = shape.len();
+        let (longest, far) = (longest_edge(shape), self.delta + skin);
+        let per_edge = 1.0 / longest;
         for vertex in 0..n {
-            for edge in 0..n {
-                let ahead = (edge + n - vertex) % n;
-                if ahead <= self.neighbours || n - ahead <= self.neighbours + 1 {
-                    continue;
-                }
-                let (squared, _) = separation(shape, vertex, edge);
-                if squared < (self.delta + skin) * (self.delta + skin) {
+            // Edges after the vertex, from the first that is no neighbour to the last.
+            let mut ahead = self.neighbours + 1;
+            while ahead + self.neighbours + 1 < n {
+                let edge = if vertex + ahead < n { vertex + ahead } else { vertex + ahead - n };
+                let (dx, dy) = (shape.x[vertex] - shape.x[edge], shape.y[vertex] - shape.y[edge]);
+                let distance = (dx * dx + dy * dy).sqrt();
+                if distance < far + longest {
                     pairs.push([vertex, edge]);
+                    ahead += 1;
+                } else {
+                    // The ring comes nearer by no more than its own length.
+                    ahead += (((distance - far) * per_edge) as usize).max(1);
                 }
             }
         }
@@ -73,12 +80,22 @@ impl SelfContact {
             return Some(Pair::Film(shape.at(vertex)));
         }
         let vertices = [vertex, edge, following(edge, shape.len())];
-        let [v, a, b] = [0, 1, 2].map(|k| {
-            [Jet::<6>::variable(shape.x[vertices[k]], 2 * k), Jet::<6>::variable(shape.y[vertices[k]], 2 * k + 1)]
-        });
-        let apart = |end: [Jet<6>; 2]| {
+        let Slope { value, gradient } = self.energy(shape, vertices, place);
+        Some(Pair::Gap(Touch { vertices, place, energy: value, gradient }))
+    }
+
+    /// The second derivatives of a touch of this shape.
+    pub(crate) fn stiffness(&self, shape: &Polygon, touch: &Touch) -> [[f64; 6]; 6] {
+        self.energy::<Jet<6>>(shape, touch.vertices, touch.place).hessian
+    }
+
+    #[inline(always)]
+    fn energy<N: Differentiable>(&self, shape: &Polygon, vertices: [usize; 3], place: f64) -> N {
+        let [v, a, b] =
+            [0, 1, 2].map(|k| [N::variable(shape.x[vertices[k]], 2 * k), N::variable(shape.y[vertices[k]], 2 * k + 1)]);
+        let apart = |end: [N; 2]| {
             let (dx, dy) = (v[0] - end[0], v[1] - end[1]);
-            (dx * dx + dy * dy + Jet::constant(1e-30)).sqrt()
+            (dx * dx + dy * dy + N::constant(1e-30)).sqrt()
         };
         let distance = if place <= 0.0 {
             apart(a)
@@ -88,18 +105,23 @@ impl SelfContact {
             let (ex, ey) = (b[0] - a[0], b[1] - a[1]);
             let cross = (v[0] - a[0]) * ey - (v[1] - a[1]) * ex;
             let length = (ex * ex + ey * ey).sqrt();
-            let side = if cross.value < 0.0 { -1.0 } else { 1.0 };
+            let side = if cross.value() < 0.0 { -1.0 } else { 1.0 };
             cross * side * length.reciprocal()
         };
-        let overlap = Jet::constant(self.delta) - distance;
-        let energy = overlap * overlap * (0.5 * self.stiffness);
-        Some(Pair::Gap(Box::new(Touch {
-            vertices,
-            energy: energy.value,
-            gradient: energy.gradient,
-            hessian: energy.hessian,
-        })))
+        let overlap = N::constant(self.delta) - distance;
+        overlap * overlap * (0.5 * self.stiffness)
     }
+}
+
+/// Length of the longest edge.
+fn longest_edge(shape: &Polygon) -> f64 {
+    let n = shape.len();
+    let squared = (0..n).fold(0.0_f64, |most, i| {
+        let j = following(i, n);
+        let (ex, ey) = (shape.x[j] - shape.x[i], shape.y[j] - shape.y[i]);
+        most.max(ex * ex + ey * ey)
+    });
+    squared.sqrt()
 }
 
 /// Squared distance of a vertex from an edge, and the place of the nearest point along the edge's line.

@@ -18,13 +18,11 @@
 //! liquid at the edge. Where the wall gives way so far that the edge stays straight, the energy is `k_w o^2/2` with the
 //! overlap `o` of the chord. Both pieces join smoothly.
 
-use crate::physics::liquid::jet::Jet;
+use crate::physics::liquid::jet::{Differentiable, Jet, Slope};
 use std::f64::consts::PI;
 
 /// The variables of a taut edge: its two vertices and the indentation.
 const VARIABLES: usize = 5;
-
-type Number = Jet<VARIABLES>;
 
 /// An edge whose chord would enter a round wall.
 #[derive(Clone, Copy, Debug)]
@@ -52,13 +50,11 @@ pub(crate) struct Taut {
 /// What a taut edge adds to the energy: derivatives are with respect to x and y of its first vertex, then of its
 /// second.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct TautEnergy {
+pub(crate) struct TautForce {
     pub(crate) energy: f64,
     /// Length above that of the chord.
     pub(crate) length: f64,
     pub(crate) gradient: [f64; 4],
-    /// Second derivatives at fixed pressure.
-    pub(crate) hessian: [[f64; 4]; 4],
     /// Derivatives of the area behind the chord, which counts as a negative number.
     pub(crate) area_gradient: [f64; 4],
     /// Derivatives of the x moment of that area about the centroid.
@@ -66,7 +62,7 @@ pub(crate) struct TautEnergy {
 }
 
 /// Pressure and weight of the liquid, and the stiffnesses.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Load {
     pub(crate) gamma: f64,
     pub(crate) k_w: f64,
@@ -160,7 +156,7 @@ impl Taut {
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             let moved = (next - s).abs();
             s = next;
-            if moved < 1e-17 {
+            if moved < 1e-15 {
                 break;
             }
         }
@@ -198,62 +194,93 @@ impl Taut {
         if self.is_straight() { 0.0 } else { self.way(self.radius - self.indentation).1 }
     }
 
-    /// Energy and derivatives, for the indentation that [`settle`](Self::settle) has found.
-    pub(crate) fn energy(&self, load: &Load) -> TautEnergy {
-        if self.is_straight() { self.pressed(load) } else { self.bent(load) }
-    }
-
-    fn bent(&self, load: &Load) -> TautEnergy {
-        let [p, q] = self.ends;
-        let [ax, ay, bx, by] = [p[0], p[1], q[0], q[1]];
-        let vertex = |value, k| Number::variable(value, k);
-        let (ax, ay, bx, by) = (vertex(ax, 0), vertex(ay, 1), vertex(bx, 2), vertex(by, 3));
-        let s = vertex(self.indentation, 4);
-        let r = Number::constant(self.radius) - s;
-        let (ex, ey) = (bx - ax, by - ay);
-        let chord = (ex * ex + ey * ey).sqrt();
-        let cross = bx * ay - by * ax;
-        let tangent = |squared: Number| {
-            let left = squared - r * r;
-            if left.value > 1e-9 * r.value * r.value { left.sqrt() } else { Number::constant(0.0) }
-        };
-        let (t1, t2) = (tangent(ax * ax + ay * ay), tangent(bx * bx + by * by));
-        let mut angle = Number::atan2(cross, ax * bx + ay * by);
-        if angle.value < -0.5 {
-            angle.value += 2.0 * PI;
+    /// Energy and first derivatives, for the indentation that [`settle`](Self::settle) has found.
+    pub(crate) fn force(&self, load: &Load) -> TautForce {
+        if self.is_straight() {
+            let energy: Slope<4> = self.pressed(load);
+            return TautForce { energy: energy.value, gradient: energy.gradient, ..TautForce::default() };
         }
-        let psi = angle - Number::atan2(t1, r) - Number::atan2(t2, r);
-        let length = t1 + t2 + psi * r - chord;
-        let area = ((t1 + t2) * r + psi * r * r - cross) * -0.5;
-        let middle = (ax + bx) * 0.5 + Number::constant(self.centre[0] - load.centroid);
-        let moment = area * middle;
-        let energy = length * load.gamma + s * s * (0.5 * load.k_w);
-        let total = energy - area * load.pressure - moment * load.weight;
+        let Bend { energy, length, area, total, by_indentation } = self.bent::<Slope<VARIABLES>>(load);
         // The indentation follows the vertices, so it is eliminated.
-        let follow: [f64; 4] = std::array::from_fn(|k| total.hessian[k][4] / total.hessian[4][4]);
-        let reduced = |jet: &Number| std::array::from_fn(|k| jet.gradient[k] - follow[k] * jet.gradient[4]);
-        TautEnergy {
+        let follow: [f64; 4] = std::array::from_fn(|k| by_indentation.gradient[k] / by_indentation.gradient[4]);
+        let moment = area * self.lever::<Slope<VARIABLES>>(load);
+        let reduced =
+            |slope: &Slope<VARIABLES>| std::array::from_fn(|k| slope.gradient[k] - follow[k] * slope.gradient[4]);
+        TautForce {
             energy: energy.value,
             length: length.value,
             gradient: std::array::from_fn(|k| total.gradient[k]),
-            hessian: std::array::from_fn(|i| {
-                std::array::from_fn(|j| total.hessian[i][j] - follow[i] * total.hessian[4][j])
-            }),
             area_gradient: reduced(&area),
             moment_gradient: reduced(&moment),
         }
     }
 
-    /// The energy `k_w o^2/2` of a straight edge, `o = R - d` with the distance `d = (q x p)/l` of the chord.
-    fn pressed(&self, load: &Load) -> TautEnergy {
+    /// Second derivatives at fixed pressure, by x and y of both vertices.
+    pub(crate) fn stiffness(&self, load: &Load) -> [[f64; 4]; 4] {
+        if self.is_straight() {
+            return self.pressed::<Jet<4>>(load).hessian;
+        }
+        let total = self.bent::<Jet<VARIABLES>>(load).total.hessian;
+        std::array::from_fn(|i| std::array::from_fn(|j| total[i][j] - total[i][4] / total[4][4] * total[4][j]))
+    }
+
+    /// x of the middle of the chord, from the centroid.
+    #[inline(always)]
+    fn lever<N: Differentiable>(&self, load: &Load) -> N {
+        let [a, b] = [N::variable(self.ends[0][0], 0), N::variable(self.ends[1][0], 2)];
+        (a + b) * 0.5 + N::constant(self.centre[0] - load.centroid)
+    }
+
+    #[inline(always)]
+    fn bent<N: Differentiable>(&self, load: &Load) -> Bend<N> {
         let [p, q] = self.ends;
-        let vertex = |value, k| Jet::<4>::variable(value, k);
-        let (ax, ay, bx, by) = (vertex(p[0], 0), vertex(p[1], 1), vertex(q[0], 2), vertex(q[1], 3));
+        let (ax, ay) = (N::variable(p[0], 0), N::variable(p[1], 1));
+        let (bx, by) = (N::variable(q[0], 2), N::variable(q[1], 3));
+        let s = N::variable(self.indentation, 4);
+        let r = N::constant(self.radius) - s;
+        let (ex, ey) = (bx - ax, by - ay);
+        let chord = (ex * ex + ey * ey).sqrt();
+        let cross = bx * ay - by * ax;
+        let [t1, t2] = [ax * ax + ay * ay, bx * bx + by * by].map(|squared| {
+            let left = squared - r * r;
+            if left.value() > 1e-9 * r.value() * r.value() { left.sqrt() } else { N::constant(0.0) }
+        });
+        let mut angle = N::atan2(cross, ax * bx + ay * by);
+        if angle.value() < -0.5 {
+            angle = angle + N::constant(2.0 * PI);
+        }
+        let psi = angle - N::atan2(t1, r) - N::atan2(t2, r);
+        let length = t1 + t2 + psi * r - chord;
+        let area = ((t1 + t2) * r + psi * r * r - cross) * -0.5;
+        let pressure = N::constant(load.pressure) + self.lever::<N>(load) * load.weight;
+        let energy = length * load.gamma + s * s * (0.5 * load.k_w);
+        let total = energy - area * pressure;
+        let by_indentation = s * load.k_w - psi * load.gamma - pressure * (psi * r + (t1 + t2) * 0.5);
+        Bend { energy, length, area, total, by_indentation }
+    }
+
+    /// The energy `k_w o^2/2` of a straight edge, `o = R - d` with the distance `d = (q x p)/l` of the chord.
+    #[inline(always)]
+    fn pressed<N: Differentiable>(&self, load: &Load) -> N {
+        let [p, q] = self.ends;
+        let (ax, ay) = (N::variable(p[0], 0), N::variable(p[1], 1));
+        let (bx, by) = (N::variable(q[0], 2), N::variable(q[1], 3));
         let (ex, ey) = (bx - ax, by - ay);
         let (cross, squared) = (bx * ay - by * ax, ex * ex + ey * ey);
-        let distance = cross * squared.sqrt().reciprocal();
-        let overlap = Jet::constant(self.radius) - distance;
-        let energy = overlap * overlap * (0.5 * load.k_w);
-        TautEnergy { energy: energy.value, gradient: energy.gradient, hessian: energy.hessian, ..TautEnergy::default() }
+        let overlap = N::constant(self.radius) - cross * squared.sqrt().reciprocal();
+        overlap * overlap * (0.5 * load.k_w)
     }
+}
+
+/// What a bent edge adds, with derivatives by both vertices and the indentation.
+struct Bend<N> {
+    energy: N,
+    /// Length above that of the chord.
+    length: N,
+    /// The area behind the chord, as a negative number.
+    area: N,
+    /// The energy and the work against the pressure.
+    total: N,
+    /// The derivative of `total` by the indentation, which is zero where that is settled.
+    by_indentation: N,
 }

@@ -25,6 +25,7 @@ fn evaluation<W: Walls>(potential: &Potential<W>, shape: &Polygon) -> Evaluation
     let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
     nearby.list(potential.walls.as_ref(), [0.0; 2], shape, potential.reach, potential.folds.as_ref());
     potential.evaluate(shape, &nearby, &mut seen);
+    potential.differentiate_twice(shape, &nearby, None, &mut seen);
     seen
 }
 
@@ -42,7 +43,11 @@ fn moved(shape: &Polygon, k: usize, by: f64) -> Polygon {
 fn hessian<W: Walls>(potential: &Potential<W>, seen: &Evaluation) -> Vec<Vec<f64>> {
     let size = seen.gradient.len();
     let mut full = vec![vec![0.0; size]; size];
-    seen.curvature.for_each_entry(|row, value, column| full[row][column] += value);
+    for &(i, j, block) in seen.curvature.blocks() {
+        for (k, value) in block.into_iter().enumerate() {
+            full[2 * i + k / 2][2 * j + k % 2] += value;
+        }
+    }
     let couple = potential.weight / seen.area;
     let (a, x) = (&seen.area_gradient, &seen.x_gradient);
     for i in 0..size {
@@ -114,7 +119,7 @@ fn a_string_takes_over_smoothly_from_a_wall_that_gives_way() {
         // The liquid is below the edge, which runs towards -x.
         Taut::of(0, 0, b, a, [0.0, 0.0], 0.006).map(|mut string| {
             string.settle(&load);
-            (string.is_straight(), string.energy(&load))
+            (string.is_straight(), string.force(&load))
         })
     };
     let (mut last, mut kinds) = (None::<f64>, [false; 2]);

@@ -20,7 +20,7 @@ pub(super) fn of<W: Walls>(
     for near in &nearby.obstacles {
         let id = near.obstacle.id();
         for string in seen.strings.iter().filter(|string| string.obstacle == id) {
-            let g = string.energy(&liquid).gradient;
+            let g = string.force(&liquid).gradient;
             let force = [-(g[0] + g[2]), -(g[1] + g[3])];
             let total = (force[0] * force[0] + force[1] * force[1]).sqrt();
             if total > 0.0 {

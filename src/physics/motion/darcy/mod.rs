@@ -34,7 +34,7 @@ use crate::results::trajectory::Failure;
 use reading::{Reading, between};
 use refusal::Refused;
 use scheme::Scheme;
-use solver::{Solver, Unsolved};
+use solver::{Solver, Step, Unsolved};
 use state::{Course, Shapes};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -200,7 +200,11 @@ impl<W: Walls> DarcyMotion<W> {
         let share = self.course.respacing(now, before, solver.here.edges.perimeter);
         let mut scratch = vec![0.0; 2 * now.len()];
         solver.even.space(&mut solver.shape, &solver.here.edges, share, now, &mut scratch);
-        let iterations = solver.solve(&self.potential, &self.nearby, &scheme, h, [now, before])?;
+        solver.pressure = -self.potential.k_a * self.potential.rest * self.readings[1].area_error;
+        self.potential.settle_on_walls(now, &mut solver.shape, &self.nearby);
+        let alpha = scheme.alpha.map(|alpha| alpha / h);
+        let step = Step { potential: &self.potential, nearby: &self.nearby, alpha, before: [now, before] };
+        let iterations = solver.solve(&step)?;
         let error = scheme.error_share() * solver.even.largest_normal(&solver.shape, &foreseen) / self.step_error;
         if self.course.known > 0 && error > 2.0 {
             return Err(Refused::Inexact(error));
@@ -282,7 +286,7 @@ impl<W: Walls> Motion for DarcyMotion<W> {
     }
 
     fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {
-        self.solver.rounding = sinking::PRECISION;
+        (self.solver.rounding, self.solver.is_strict) = (sinking::PRECISION, true);
         descend(self, farthest, stop)
     }
 }

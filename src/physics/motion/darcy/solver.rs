@@ -6,31 +6,49 @@
 //! J^T [grad U(y) + B (alpha_0 y + alpha_1 x + alpha_2 x1)/h] = 0,    y = foreseen shape + J nu,
 //! ```
 //!
-//! which is the gradient of `U + |alpha_0 y + ...|_B^2/(2 alpha_0 h)`. Newton's method minimises that function; where a
-//! contact opens or closes, a search along the direction finds the place where the slope has fallen by half.
+//! which is the gradient of `U + |alpha_0 y + ...|_B^2/(2 alpha_0 h)`. Newton's method minimises that function. Whole
+//! steps find out in a few iterations which contacts are closed. Where they do not, a second attempt begins anew and goes
+//! along each direction to where the slope has fallen by half, which takes more evaluations and always comes nearer.
 
 use crate::on_instruction_set;
-use crate::physics::liquid::dense::{Matrix, solve_symmetric};
+use crate::physics::liquid::curvature::Work;
+use crate::physics::liquid::dense::{Matrix, factorise, solve_factorised};
 use crate::physics::liquid::dissipation::Dissipation;
 use crate::physics::liquid::even::Even;
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;
-use crate::physics::liquid::potential::{Evaluation, Potential};
-use crate::physics::motion::darcy::scheme::Scheme;
-use crate::physics::simd::{InstructionSet, Instructions, padded};
+use crate::physics::liquid::potential::{Evaluation, Foreseen, Potential};
+use crate::physics::simd::{InstructionSet, LANES, fma, load, padded, store};
 use crate::physics::walls::wall::Walls;
+use fearless_simd::{f64x8, prelude::*};
 
-/// Newton's method gives up after this many iterations.
+/// Newton's method gives up after this many iterations with whole steps.
+const WHOLE_STEPS: u32 = 12;
+
+/// Newton's method gives up after this many iterations with searches.
 const MOST_ITERATIONS: u32 = 25;
 
 /// The largest change of a shape along a normal in one iteration, in sigma.
 const LARGEST_CHANGE: f64 = 0.3;
 
 /// Iterations end when the shape changes by less than this share of the step.
-const PRECISION: f64 = 1e-4;
+const PRECISION: f64 = 1e-3;
+
+/// Factors are kept as long as each iteration changes the shape by no more than this share of the one before it.
+const CONTRACTION: f64 = 0.1;
 
 /// Changes below this are rounding, in sigma.
 const ROUNDING: f64 = 3e-15;
+
+/// The equations of one step.
+pub(super) struct Step<'a, W: Walls> {
+    pub(super) potential: &'a Potential<W>,
+    pub(super) nearby: &'a Nearby<W::Obstacle>,
+    /// The coefficients of the velocity, `alpha_0/h` and so on.
+    pub(super) alpha: [f64; 3],
+    /// The last two shapes.
+    pub(super) before: [&'a Polygon; 2],
+}
 
 /// Why a step was not solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,21 +68,29 @@ pub(super) struct Solver {
     instruction_set: InstructionSet,
     pub(super) dissipation: Dissipation,
     pub(super) even: Even,
-    /// The drag in the space of even motions, and the matrix of an iteration.
+    /// The drag in the space of even motions, and the factors of the matrix of an iteration.
     drag: Matrix,
     matrix: Matrix,
-    /// A matrix in the space of vertices, and half of it reduced.
-    full: Matrix,
-    half: Matrix,
-    scratch: Vec<f64>,
+    work: Work,
     velocity: Vec<f64>,
     resistance: Vec<f64>,
     direction: Vec<f64>,
+    /// The contacts for which the last direction was found.
+    active: Vec<u32>,
     unknown: Vec<f64>,
     slope: Vec<f64>,
     reduced: [Vec<f64>; 2],
+    /// The pressure as Newton's method foresees it. That of a shape on the way is off by K_a times a second-order change
+    /// of its area, which would make the matrix indefinite.
+    pub(super) pressure: f64,
     /// Changes below this end a step, in sigma.
     pub(super) rounding: f64,
+    /// Whether only minima of the energy itself are looked for, downhill.
+    pub(super) is_strict: bool,
+    /// The shape that the first iteration begins with.
+    begin: Polygon,
+    /// The shape that an iteration begins with.
+    left: Polygon,
     /// The shape of the last evaluation.
     pub(super) shape: Polygon,
     pub(super) here: Evaluation,
@@ -82,16 +108,19 @@ impl Solver {
             even: Even::default(),
             drag: Matrix::new(n, n),
             matrix: Matrix::new(n, n),
-            full: Matrix::new(2 * n, 2 * n),
-            half: Matrix::new(n, 2 * n),
-            scratch: vec![0.0; 2 * padded(2 * n)],
+            work: Work::new(n),
             velocity: vector(),
             resistance: vector(),
             direction: vector(),
+            active: Vec::new(),
             unknown: vec![0.0; n],
             slope: vec![0.0; n],
-            reduced: [vec![0.0; n], vec![0.0; n]],
+            reduced: [vec![0.0; padded(n)], vec![0.0; padded(n)]],
+            pressure: 0.0,
             rounding: ROUNDING,
+            is_strict: false,
+            begin: Polygon::default(),
+            left: Polygon::default(),
             shape: Polygon::default(),
             here: Evaluation::default(),
             squares: 0.0,
@@ -103,32 +132,55 @@ impl Solver {
         if !self.dissipation.take(foreseen, origin, &self.here, &self.even) {
             return false;
         }
-        self.dissipation.fill(&mut self.full.values, self.full.width);
-        let Self { n, instruction_set, even, full, half, drag, scratch, .. } = self;
-        on_instruction_set!(*instruction_set, simd => congruence(simd, *n, even, full, half, drag, scratch));
+        let Self { instruction_set, dissipation, even, work, drag, .. } = self;
+        on_instruction_set!(*instruction_set, simd => even.spread(simd));
+        dissipation.fill(even, work, drag);
         true
     }
 
-    /// Solves the step from `self.shape` on. `before` are the last two shapes.
+    /// Solves the step from `self.shape` on; returns the number of iterations.
     ///
     /// # Errors
     /// [`Unsolved`], if there is no solution near.
-    pub(super) fn solve<W: Walls>(
-        &mut self,
-        potential: &Potential<W>,
-        nearby: &Nearby<W::Obstacle>,
-        scheme: &Scheme,
-        h: f64,
-        before: [&Polygon; 2],
-    ) -> Result<u32, Unsolved> {
-        self.evaluate(potential, nearby, scheme, h, before)?;
-        for iteration in 1..=MOST_ITERATIONS {
-            let slope = self.newton(potential, scheme.alpha[0] / h)?;
-            let share = self.search(slope, |solver| solver.evaluate(potential, nearby, scheme, h, before))?;
+    pub(super) fn solve<W: Walls>(&mut self, step: &Step<'_, W>) -> Result<u32, Unsolved> {
+        if self.is_strict {
+            return self.iterate(step, MOST_ITERATIONS, true);
+        }
+        self.begin.clone_from(&self.shape);
+        let pressure = self.pressure;
+        self.iterate(step, WHOLE_STEPS, false).or_else(|_| {
+            self.shape.clone_from(&self.begin);
+            self.pressure = pressure;
+            self.iterate(step, MOST_ITERATIONS, true)
+        })
+    }
+
+    /// Solves the step in at most so many iterations, with searches along each direction if it `is_careful`.
+    fn iterate<W: Walls>(&mut self, step: &Step<'_, W>, most: u32, is_careful: bool) -> Result<u32, Unsolved> {
+        self.evaluate(step)?;
+        let (mut last, mut is_fit, mut is_stuck) = (f64::INFINITY, false, false);
+        for iteration in 1..=most {
+            if !is_fit {
+                self.factorise_somehow(step)?;
+            }
+            self.active.clone_from(&self.here.active);
+            let slope = self.newton(step.potential)?;
+            // Half steps end a to and fro between two sets of contacts.
+            let share = match is_careful {
+                true => self.search(step, slope)?,
+                false => self.go(step, if is_stuck { 0.5 } else { 1.0 }, true)?,
+            };
             let change = self.unknown.iter().fold(0.0_f64, |most, nu| most.max(nu.abs())) * share;
-            if change <= PRECISION * self.shape.largest_distance(before[0]) + self.rounding {
+            let enough = PRECISION * self.shape.largest_distance(step.before[0]) + self.rounding;
+            let is_steady = share == 1.0 && self.active == self.here.active;
+            // What the next iteration would change, from how fast the changes fall.
+            if change <= enough || (is_fit && is_steady && change * change <= enough * last) {
                 return Ok(iteration);
             }
+            // The factors serve again while no contact opens or closes and they bring the solution near quickly.
+            is_fit = is_steady && change <= CONTRACTION * last;
+            is_stuck = !is_stuck && change > 0.5 * last && self.active != self.here.active;
+            last = change;
         }
         Err(Unsolved::Diverges)
     }
@@ -139,19 +191,13 @@ impl Solver {
     }
 
     /// Energy, velocity and drag at `self.shape`.
-    fn evaluate<W: Walls>(
-        &mut self,
-        potential: &Potential<W>,
-        nearby: &Nearby<W::Obstacle>,
-        scheme: &Scheme,
-        h: f64,
-        [x, x1]: [&Polygon; 2],
-    ) -> Result<(), Unsolved> {
+    fn evaluate<W: Walls>(&mut self, step: &Step<'_, W>) -> Result<(), Unsolved> {
+        let Step { potential, nearby, before: [x, x1], .. } = step;
         if !nearby.covers(&self.shape) {
             return Err(Unsolved::TooFar);
         }
         potential.evaluate(&self.shape, nearby, &mut self.here);
-        let [a, b, c] = scheme.alpha.map(|alpha| alpha / h);
+        let [a, b, c] = step.alpha;
         for i in 0..self.n {
             self.velocity[2 * i] = a * self.shape.x[i] + b * x.x[i] + c * x1.x[i];
             self.velocity[2 * i + 1] = a * self.shape.y[i] + b * x.y[i] + c * x1.y[i];
@@ -160,60 +206,73 @@ impl Solver {
         Ok(())
     }
 
-    /// Sets the direction of Newton's method; returns the slope along it, which is negative.
-    fn newton<W: Walls>(&mut self, potential: &Potential<W>, rate: f64) -> Result<f64, Unsolved> {
+    /// Factorises the matrix of Newton's method, if need be without what pushes of round walls take from it.
+    fn factorise_somehow<W: Walls>(&mut self, step: &Step<'_, W>) -> Result<(), Unsolved> {
+        if self.is_strict {
+            return self.factorise(step, f64::INFINITY);
+        }
+        let push = step.potential.largest_push(self.n);
+        self.factorise(step, push).or_else(|_| self.factorise(step, 0.0))
+    }
+
+    /// Sets the direction of Newton's method with the matrix that was [factorised](Self::factorise) last; returns the
+    /// slope along it, which is negative.
+    fn newton<W: Walls>(&mut self, potential: &Potential<W>) -> Result<f64, Unsolved> {
         let n = self.n;
         for k in 0..2 * n {
             self.direction[k] = -self.here.gradient[k] - self.resistance[k];
         }
         self.even.reduce(&self.direction, &mut self.unknown);
         self.slope.copy_from_slice(&self.unknown);
-        self.full.values.fill(0.0);
-        let (full, width) = (&mut self.full.values, self.full.width);
-        self.here.curvature.for_each_entry(|row, value, column| full[row * width + column] += value);
-        let [area, x] = &mut self.reduced;
-        self.even.reduce(&self.here.area_gradient, area);
-        self.even.reduce(&self.here.x_gradient, x);
-        let Self { instruction_set, even, full, half, matrix, scratch, .. } = self;
-        on_instruction_set!(*instruction_set, simd => congruence(simd, n, even, full, half, matrix, scratch));
-        // The second derivatives of area and centroid: K_a g_a g_a^T + (M/a)(g_a g_x^T + g_x g_a^T).
-        let couple = potential.weight / self.here.area;
-        let [area, x] = &self.reduced;
-        for i in 0..n {
-            let (from_area, from_x) = (potential.k_a * area[i] + couple * x[i], couple * area[i]);
-            let row = i * self.matrix.width;
-            for j in 0..n {
-                let drag = rate * self.drag.values[row + j];
-                self.matrix.values[row + j] += drag + from_area * area[j] + from_x * x[j];
-            }
-        }
-        if !solve_symmetric(self.instruction_set, &mut self.matrix, n, &mut self.unknown) {
-            return Err(Unsolved::Saddle);
-        }
+        let Self { instruction_set, matrix, unknown, .. } = self;
+        on_instruction_set!(*instruction_set, simd => solve_factorised(simd, matrix, n, unknown));
         let largest = self.unknown.iter().fold(0.0, |most: f64, nu| if nu.abs() <= most { most } else { nu.abs() });
         if !(largest <= LARGEST_CHANGE) {
             return Err(Unsolved::Diverges);
         }
-        let slope: f64 = -self.slope.iter().zip(&self.unknown).map(|(a, b)| a * b).sum::<f64>();
+        let slope = -dot(&self.slope, &self.unknown);
         self.even.displace(&self.unknown, &mut self.direction);
+        let growth = dot(&self.reduced[0], &self.unknown);
+        self.pressure = -potential.k_a * (self.here.area + growth - potential.rest);
         Ok(slope)
     }
 
+    /// Factorises the matrix of Newton's method at `self.shape`: second derivatives of the energy, for pushes of at most
+    /// `push`, and the drag.
+    fn factorise<W: Walls>(&mut self, step: &Step<'_, W>, push: f64) -> Result<(), Unsolved> {
+        let Step { potential, nearby, alpha: [rate, ..], .. } = step;
+        let foreseen = Foreseen { pressure: self.pressure, push };
+        potential.differentiate_twice(&self.shape, nearby, Some(foreseen), &mut self.here);
+        let [area, x] = &mut self.reduced;
+        self.even.reduce(&self.here.area_gradient, area);
+        self.even.reduce(&self.here.x_gradient, x);
+        let Self { n, instruction_set, even, here, work, drag, matrix, reduced: [area, x], .. } = self;
+        let couple = potential.weight / here.area;
+        let is_positive = on_instruction_set!(*instruction_set, simd => {
+            here.curvature.reduce(simd, even, work, matrix);
+            let (width, rate) = (matrix.width, f64x8::splat(simd, *rate));
+            for i in 0..*n {
+                // The second derivatives of area and centroid: K_a g_a g_a^T + (M/a)(g_a g_x^T + g_x g_a^T).
+                let of_area = f64x8::splat(simd, potential.k_a * area[i] + couple * x[i]);
+                let of_x = f64x8::splat(simd, couple * area[i]);
+                for k in (i / LANES * LANES..width).step_by(LANES) {
+                    let sum = fma(rate, load(simd, &drag.values, i * width + k), load(simd, &matrix.values, i * width + k));
+                    let sum = fma(of_area, load(simd, area, k), fma(of_x, load(simd, x, k), sum));
+                    store(sum, &mut matrix.values, i * width + k);
+                }
+            }
+            factorise(simd, matrix, *n)
+        });
+        if is_positive { Ok(()) } else { Err(Unsolved::Saddle) }
+    }
+
     /// Goes along the direction until the slope has fallen by half; returns how far, as a share of the direction.
-    fn search(
-        &mut self,
-        begin: f64,
-        mut evaluate: impl FnMut(&mut Self) -> Result<(), Unsolved>,
-    ) -> Result<f64, Unsolved> {
+    fn search<W: Walls>(&mut self, step: &Step<'_, W>, begin: f64) -> Result<f64, Unsolved> {
         let (mut low, mut high) = ((0.0, begin), None);
         let (mut share, mut at) = (1.0, 0.0);
         for _ in 0..=8 {
-            for i in 0..self.n {
-                self.shape.x[i] += (share - at) * self.direction[2 * i];
-                self.shape.y[i] += (share - at) * self.direction[2 * i + 1];
-            }
+            self.go(step, share - at, false)?;
             at = share;
-            evaluate(self)?;
             let forces = self.here.gradient.iter().zip(&self.resistance);
             let slope: f64 = forces.zip(&self.direction).map(|((force, drag), d)| (force + drag) * d).sum();
             if slope.abs() <= 0.5 * begin.abs() || (slope < 0.0 && high.is_none()) || begin.abs() < 1e-24 {
@@ -232,25 +291,22 @@ impl Solver {
         }
         Ok(at)
     }
+
+    /// Goes a share of the direction, onto the walls if it `settles`, and evaluates what is there. Returns the share.
+    fn go<W: Walls>(&mut self, step: &Step<'_, W>, share: f64, settles: bool) -> Result<f64, Unsolved> {
+        self.left.clone_from(&self.shape);
+        for i in 0..self.n {
+            self.shape.x[i] += share * self.direction[2 * i];
+            self.shape.y[i] += share * self.direction[2 * i + 1];
+        }
+        if settles {
+            step.potential.settle_on_walls(&self.left, &mut self.shape, step.nearby);
+        }
+        self.evaluate(step)?;
+        Ok(share)
+    }
 }
 
-/// `out = J^T X J` for a symmetric matrix X in the space of vertices.
-#[inline(always)]
-fn congruence<S: Instructions>(
-    simd: S,
-    n: usize,
-    even: &Even,
-    full: &mut Matrix,
-    half: &mut Matrix,
-    out: &mut Matrix,
-    scratch: &mut [f64],
-) {
-    even.reduce_rows(simd, &full.values, full.width, &mut half.values, scratch);
-    // The first 2n rows of `full` now take the transpose of `half`.
-    for row in 0..2 * n {
-        for column in 0..n {
-            full.values[row * out.width + column] = half.values[column * half.width + row];
-        }
-    }
-    even.reduce_rows(simd, &full.values, out.width, &mut out.values, scratch);
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,0 +1,67 @@
+//! The second derivatives of the energy.
+
+use crate::physics::liquid::nearby::Nearby;
+use crate::physics::liquid::polygon::{Polygon, following};
+use crate::physics::liquid::potential::{Evaluation, Potential};
+use crate::physics::walls::wall::{Obstacle, Walls};
+
+/// What second derivatives are multiplied with. On the way to a solution shapes are compressed and overlap walls, by so
+/// little that the next iteration removes it, but with stiff liquid and walls their pressure and pushes are far from those
+/// of the solution, and would make the matrix indefinite.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Foreseen {
+    /// The pressure of the liquid.
+    pub(crate) pressure: f64,
+    /// The largest push of a wall on a vertex.
+    pub(crate) push: f64,
+}
+
+impl<W: Walls> Potential<W> {
+    /// Sets the second derivatives at `shape`, which `out` evaluates. They are those for the pressure and the pushes that
+    /// are `foreseen`, or else for those of the shape.
+    pub(crate) fn differentiate_twice(
+        &self,
+        shape: &Polygon,
+        nearby: &Nearby<W::Obstacle>,
+        foreseen: Option<Foreseen>,
+        out: &mut Evaluation,
+    ) {
+        let of_shape = Foreseen { pressure: out.load.pressure, push: f64::INFINITY };
+        let Foreseen { pressure, push: most } = foreseen.unwrap_or(of_shape);
+        let n = shape.len();
+        out.curvature.clear(n);
+        for i in 0..n {
+            let j = following(i, n);
+            let (nx, ny, length) = (out.edges.nx[i], out.edges.ny[i], out.edges.length[i]);
+            let (xi, yi, xj, yj) = (shape.x[i] - out.x, shape.y[i] - out.y, shape.x[j] - out.x, shape.y[j] - out.y);
+            let (xx, xy, yy) = (nx * nx, nx * ny, ny * ny);
+            let k = self.gamma / length;
+            let h = -0.5 * pressure;
+            let q = -out.load.weight / 6.0;
+            let term = [
+                [k * xx + 2.0 * q * yj, k * xy - q * xj, -k * xx + q * (yj - yi), -k * xy + h + q * (2.0 * xi + xj)],
+                [k * xy - q * xj, k * yy, -k * xy - h - q * (xi + 2.0 * xj), -k * yy],
+                [-k * xx + q * (yj - yi), -k * xy - h - q * (xi + 2.0 * xj), k * xx - 2.0 * q * yi, k * xy + q * xi],
+                [-k * xy + h + q * (2.0 * xi + xj), -k * yy, k * xy + q * xi, k * yy],
+            ];
+            out.curvature.add_edge(i, &term);
+        }
+        for string in &out.strings {
+            out.curvature.add_edge(string.edge, &string.stiffness(&out.load));
+        }
+        for near in &nearby.obstacles {
+            for &i in &near.vertices {
+                let [x, y] = shape.at(i);
+                let Some((depth, [nx, ny])) = near.obstacle.touch_point(x, y, self.reach) else { continue };
+                let turning = (self.k_w * depth).min(most) * near.obstacle.curvature_at(x, y);
+                let term = |a: f64, b: f64, own: f64| self.k_w * a * b - turning * (own - a * b);
+                out.curvature.add_vertex(i, [term(nx, nx, 1.0), term(nx, ny, 0.0), term(ny, ny, 1.0)]);
+            }
+        }
+        for touch in &out.touches {
+            if let Some(folds) = &self.folds {
+                out.curvature.add_far(touch.vertices, folds.stiffness(shape, touch));
+            }
+        }
+    }
+}
