@@ -5,6 +5,7 @@ mod common;
 
 use common::{ask, expect, meniscus};
 use meniscus::store::Store;
+use rusqlite::Connection;
 use std::fs;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
@@ -191,6 +192,29 @@ fn a_store_on_a_read_only_mount_answers() {
 }
 
 #[test]
+fn who_may_not_undo_a_change_is_told_and_names_the_command_that_does() {
+    let folder = finished();
+    let dir = folder.path();
+    // A change of the database that is too large to be kept in memory, so half of it is on the disk.
+    let midst = Connection::open(dir.join("quick.meniscus/store.db")).unwrap();
+    midst.pragma_update(None, "journal_mode", "delete").unwrap();
+    midst.pragma_update(None, "cache_size", 2).unwrap();
+    let large = "CREATE TABLE large AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 300)
+                 SELECT i, randomblob(3000) FROM n";
+    midst.execute_batch(&format!("BEGIN; UPDATE jobs SET state = 'failed'; {large}")).unwrap();
+    let script = "cp -r quick.meniscus 'my store'; rm -f 'my store/store.db-shm'; mount --bind 'my store' mount; \
+                  mount -o remount,ro,bind mount; \"$M\" status mount && exit 9; \"$M\" status 'my store'";
+    let Some(output) = mounted(dir, script) else { return };
+    let said = text(&output.stderr);
+    assert!(said.contains("`meniscus status mount`"), "{said}");
+    assert!(
+        output.status.success() && text(&output.stdout).contains("6 done"),
+        "the same, by somebody who may: {said}"
+    );
+    drop(midst);
+}
+
+#[test]
 fn a_full_disk_can_be_read_and_is_not_taken_for_a_damaged_one() {
     let folder = finished();
     let script = "mount -t tmpfs -o size=1m tmpfs mount; cp -r quick.meniscus mount/s; rm -f mount/s/store.db-*; \
@@ -239,8 +263,8 @@ fn a_run_that_is_stopped_prints_and_keeps_the_tables_of_what_is_finished() {
 
 #[test]
 fn a_run_that_is_stopped_before_anything_is_finished_prints_no_empty_table() {
-    let folder =
-        folder(&ENDLESS.replace("density = 0.7", "density = 0.01").replace("50.0 }", "1e9, distance = \"none\" }"));
+    let slow = "1e9, distance = \"none\" }\nsample_every = 1000.0";
+    let folder = folder(&ENDLESS.replace("density = 0.7", "density = 0.01").replace("50.0 }", slow));
     let dir = folder.path();
     let output = expect(0, dir, &["run", "c.toml", "--threads", "1", "--deadline", "0.3s"]);
     assert_eq!(text(&output.stdout), "");

@@ -64,25 +64,6 @@ fn a_journal_that_a_kill_left_is_rolled_back_by_whoever_opens_first() {
 }
 
 #[test]
-fn who_may_not_undo_a_change_is_told_and_names_the_command_that_does() {
-    let folder = scratch();
-    let (whole, killed) = (folder.path().join("whole"), folder.path().join("my store"));
-    drop(filled(&whole, &[soft(1.0)], 4, 2, 10));
-    let midst = half_way(&whole, "UPDATE jobs SET state = 'failed'");
-    copy(&whole, &killed);
-    // Root may write everywhere, but not to a folder in place of a file.
-    std::fs::remove_file(killed.join("lock")).unwrap();
-    std::fs::create_dir(killed.join("lock")).unwrap();
-    let refusal = status(&killed).unwrap_err();
-    assert!(matches!(refusal, StoreError::HalfWritten(_)), "{refusal}");
-    let command = format!("`meniscus status '{}'`", killed.display());
-    assert!(refusal.to_string().contains(&command), "{refusal}");
-    std::fs::remove_dir(killed.join("lock")).unwrap();
-    assert_eq!(status(&killed).unwrap().total.done, 4, "that command, by somebody who may");
-    drop(midst);
-}
-
-#[test]
 fn a_store_killed_while_it_was_made_in_place_is_made_again() {
     let folder = scratch();
     let whole = folder.path().join("whole");

@@ -160,7 +160,7 @@ fn the_table_outline_has_every_vertex_of_every_shape() {
 #[test]
 fn the_table_obstacles_has_every_disc_near_the_path_and_no_other() {
     let dir = tempfile::tempdir().unwrap();
-    let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 10.0 };
+    let field = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(1.0), box_size: 20.0 };
     let mut point = soft(1.0);
     point.scene = Scene::Obstacles(field.clone());
     // The path leaves the box below, so there are images of discs beside it.
