@@ -43,7 +43,7 @@ fn moved(shape: &Polygon, k: usize, by: f64) -> Polygon {
 fn hessian<W: Walls>(potential: &Potential<W>, seen: &Evaluation) -> Vec<Vec<f64>> {
     let size = seen.gradient.len();
     let mut full = vec![vec![0.0; size]; size];
-    for &(i, j, block) in seen.curvature.blocks() {
+    for &(i, j, block) in seen.curvature.clone().blocks() {
         for (k, value) in block.into_iter().enumerate() {
             full[2 * i + k / 2][2 * j + k % 2] += value;
         }
