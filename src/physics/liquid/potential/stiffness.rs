@@ -4,6 +4,7 @@ use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::{Polygon, following};
 use crate::physics::liquid::potential::{Evaluation, Potential};
 use crate::physics::walls::wall::{Obstacle, Walls};
+use nalgebra::{Matrix4, SymmetricEigen};
 
 /// What second derivatives are multiplied with. On the way to a solution shapes are compressed and overlap walls, by so
 /// little that the next iteration removes it, but with stiff liquid and walls their pressure and pushes are far from those
@@ -12,7 +13,8 @@ use crate::physics::walls::wall::{Obstacle, Walls};
 pub(crate) struct Foreseen {
     /// The pressure of the liquid.
     pub(crate) pressure: f64,
-    /// The largest push of a wall on a vertex.
+    /// The largest push of a wall on a vertex. At zero strings lose their negative stiffness too: where the liquid draws
+    /// back from a round wall, they cannot hold it there.
     pub(crate) push: f64,
 }
 
@@ -47,7 +49,9 @@ impl<W: Walls> Potential<W> {
             out.curvature.add_edge(i, &term);
         }
         for string in &out.strings {
-            out.curvature.add_edge(string.edge, &string.stiffness(&out.load));
+            let stiffness = string.stiffness(&out.load);
+            let stiffness = if most > 0.0 { stiffness } else { positive_part(stiffness) };
+            out.curvature.add_edge(string.edge, &stiffness);
         }
         for near in &nearby.obstacles {
             for &i in &near.vertices {
@@ -64,4 +68,12 @@ impl<W: Walls> Potential<W> {
             }
         }
     }
+}
+
+/// A symmetric matrix without its negative eigenvalues.
+fn positive_part(matrix: [[f64; 4]; 4]) -> [[f64; 4]; 4] {
+    let whole = SymmetricEigen::new(Matrix4::from_fn(|i, j| 0.5 * (matrix[i][j] + matrix[j][i])));
+    let positive = SymmetricEigen { eigenvalues: whole.eigenvalues.map(|value| value.max(0.0)), ..whole };
+    let part = positive.recompose();
+    std::array::from_fn(|i| std::array::from_fn(|j| part[(i, j)]))
 }

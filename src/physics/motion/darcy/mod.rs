@@ -205,6 +205,9 @@ impl<W: Walls> DarcyMotion<W> {
         let alpha = scheme.alpha.map(|alpha| alpha / h);
         let step = Step { potential: &self.potential, nearby: &self.nearby, alpha, before: [now, before] };
         let iterations = solver.solve(&step)?;
+        if sight::swallows(&solver.shape, &solver.here.strings, &self.nearby) {
+            return Err(Unsolved::Swallows.into());
+        }
         let error = scheme.error_share() * solver.even.largest_normal(&solver.shape, &foreseen) / self.step_error;
         if self.course.known > 0 && error > 2.0 {
             return Err(Refused::Inexact(error));

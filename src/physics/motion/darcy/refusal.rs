@@ -45,6 +45,7 @@ impl<W: Walls> DarcyMotion<W> {
         }
         let why = match refused {
             Refused::Unsolved(Unsolved::Saddle) => "the energy has no minimum near".to_owned(),
+            Refused::Unsolved(Unsolved::Swallows) => "it would swallow an obstacle".to_owned(),
             Refused::Unsolved(Unsolved::TooFar) => "a vertex would move too far".to_owned(),
             Refused::Unsolved(Unsolved::Diverges) => "it has no solution".to_owned(),
             Refused::Inexact(error) => format!("its error is {error:.1e} times step_error"),

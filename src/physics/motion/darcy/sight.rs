@@ -56,6 +56,15 @@ impl<W: Walls> DarcyMotion<W> {
     }
 }
 
+/// Whether a listed obstacle lies inside of the outline: a step that is too long may leap over it.
+pub(super) fn swallows<O: Obstacle>(shape: &Polygon, strings: &[Taut], nearby: &Nearby<O>) -> bool {
+    let mut outline = None;
+    nearby.obstacles.iter().filter_map(|near| near.obstacle.inner_point()).any(|point| {
+        let outline = outline.get_or_insert_with(|| bent_outline(shape, strings));
+        outline.contains(point)
+    })
+}
+
 /// The outline with the points where its edges meet walls and leave them.
 fn bent_outline(shape: &Polygon, strings: &[Taut]) -> Polygon {
     let mut outline = Polygon { x: Vec::new(), y: Vec::new() };

@@ -59,6 +59,8 @@ pub(super) enum Unsolved {
     Saddle,
     /// The shape left the list of what is near.
     TooFar,
+    /// An obstacle lies inside of the shape.
+    Swallows,
 }
 
 /// Storage of the solver, for rings of one size.
@@ -206,7 +208,8 @@ impl Solver {
         Ok(())
     }
 
-    /// Factorises the matrix of Newton's method, if need be without what pushes of round walls take from it.
+    /// Factorises the matrix of Newton's method. If need be it leaves out what pushes of round walls, and strings round walls
+    /// that the liquid draws back from, take from it.
     fn factorise_somehow<W: Walls>(&mut self, step: &Step<'_, W>) -> Result<(), Unsolved> {
         if self.is_strict {
             return self.factorise(step, f64::INFINITY);
