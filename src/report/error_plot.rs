@@ -2,6 +2,7 @@
 
 use crate::parameters::Integrator;
 use crate::report::axes::LogAxis;
+use crate::report::colours::CURVES;
 use crate::report::panel::Panel;
 use crate::report::svg::{circle, curve, plot, text};
 use crate::study::accuracy::front::{ParetoFront, Spot};
@@ -15,8 +16,13 @@ const MARGINS: [f64; 4] = [64.0, 14.0, 34.0, 46.0];
 /// Height of the legend.
 const LEGEND: f64 = 34.0;
 
-/// Colours of Verlet and of the implicit integrator.
-const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
+/// The integrators in the order of the colours of curves.
+const INTEGRATORS: [Integrator; 3] = [Integrator::Verlet, Integrator::Implicit, Integrator::Adaptive];
+
+/// The colour of an integrator.
+fn colour(integrator: Integrator) -> &'static str {
+    CURVES[INTEGRATORS.iter().position(|other| *other == integrator).unwrap_or_default()]
+}
 
 /// The ring round the default setting.
 const RING: &str = "fill=\"none\" stroke=\"black\"";
@@ -30,13 +36,13 @@ pub(crate) fn svg(fronts: &[ParetoFront]) -> String {
         out += &panel(front, [(k % 2) as f64 * PANEL[0], (k / 2) as f64 * PANEL[1]]);
     }
     let y = height - LEGEND + 14.0;
-    for (k, name) in ["verlet", "implicit"].iter().enumerate() {
-        let x = MARGINS[0] + 110.0 * k as f64;
-        out += &circle([x, y - 4.0], 3.5, &format!("fill=\"{}\"", COLOURS[k]));
-        out += &text([x + 9.0, y], 11.0, "start", "", name);
+    for (k, integrator) in INTEGRATORS.into_iter().enumerate() {
+        let x = MARGINS[0] + 80.0 * k as f64;
+        out += &circle([x, y - 4.0], 3.5, &format!("fill=\"{}\"", colour(integrator)));
+        out += &text([x + 9.0, y], 11.0, "start", "", integrator.name());
     }
-    out += &circle([MARGINS[0] + 220.0, y - 4.0], 6.5, RING);
-    out += &text([MARGINS[0] + 232.0, y], 11.0, "start", "", "default; numbers are n_vertices, the line is the front");
+    out += &circle([MARGINS[0] + 250.0, y - 4.0], 6.5, RING);
+    out += &text([MARGINS[0] + 262.0, y], 11.0, "start", "", "default; numbers are n_vertices, the line is the front");
     plot([width, height], &out)
 }
 
@@ -65,7 +71,7 @@ fn panel(front: &ParetoFront, [left, top]: [f64; 2]) -> String {
     out += &curve("front", best, "stroke=\"#888\" stroke-width=\"1.4\"");
     for one in &seen {
         let (at, spot) = (place(one), one.0);
-        let colour = COLOURS[usize::from(spot.setting.1 == Integrator::Implicit)];
+        let colour = colour(spot.setting.1);
         out += &circle(at, 3.5, &format!("class=\"setting\" fill=\"{colour}\""));
         if Some(spot) == front.default() {
             out += &circle(at, 6.5, RING);

@@ -25,6 +25,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+/// The default of `n_vertices` under `dynamics = "darcy"`, but for soft droplets among obstacles.
+pub(crate) const LIQUID_VERTICES: usize = 64;
+
 /// The default of `n_vertices` under `dynamics = "vertex"`.
 pub(crate) const DEFAULT_VERTICES: usize = 256;
 
@@ -184,6 +187,9 @@ impl Setting {
 
 /// The setting that a campaign takes at such a point by default.
 pub(crate) fn default_at(point: &Point) -> Knobs {
+    if stepping::is_darcy(point) {
+        return (LIQUID_VERTICES, Integrator::Adaptive, None);
+    }
     let point = with_vertices(point, DEFAULT_VERTICES);
     let chosen = stepping::choose(IntegratorChoice::Auto, None, &point, &StabilityLimit::of(&point));
     (DEFAULT_VERTICES, chosen.integrator, None)

@@ -18,7 +18,7 @@ const HARDEST: f64 = 1e8;
 /// becomes several times as long; edges must stay short against an obstacle.
 fn darcy_vertices(gamma: f64, hangs: bool) -> usize {
     match gamma {
-        gamma if !hangs || gamma >= 0.3 => 64,
+        gamma if !hangs || gamma >= 0.3 => tolerance::LIQUID_VERTICES,
         gamma if gamma >= 0.1 => 96,
         gamma if gamma >= 0.03 => 128,
         _ => 192,

@@ -65,6 +65,7 @@ fn varied(ladder: &Ladder) -> String {
         Knob::Eps => "eps alone (in l0)",
         Knob::EW => "e_w alone",
         Knob::EkThreshold => "ek_threshold alone",
+        Knob::StepError => "step_error alone (in sigma)",
     };
     words.to_owned()
 }

@@ -21,11 +21,14 @@ pub enum Knob {
     EW,
     /// E_k/E_t of a clog.
     EkThreshold,
+    /// Error of a step of the liquid.
+    StepError,
 }
 
 names!(pub(crate) Knob {
     NVertices = "n_vertices", Dt = "dt", Implicit = "implicit",
     Kappa = "kappa", Eps = "eps", EW = "e_w", EkThreshold = "ek_threshold",
+    StepError = "step_error",
 });
 
 impl Knob {
@@ -44,7 +47,9 @@ impl Knob {
     pub(crate) fn h(self, point: &Point) -> f64 {
         match self {
             Self::NVertices | Self::EW => 1.0 / self.value(point),
-            Self::Dt | Self::Implicit | Self::Kappa | Self::Eps | Self::EkThreshold => self.value(point),
+            Self::Dt | Self::Implicit | Self::Kappa | Self::Eps | Self::EkThreshold | Self::StepError => {
+                self.value(point)
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The runs of a grid point, their observables, and the differences from those of another grid point.
 
 use crate::campaign::choose::{stepping::candidates, tolerance::Knobs};
-use crate::parameters::{Model, Point, PointId};
+use crate::parameters::{Integrator, Model, Point, PointId};
 use crate::physics::simulate::stability::StabilityLimit;
 use crate::results::fits::RunRecord;
 use crate::results::trajectory::Outcome;
@@ -105,7 +105,8 @@ impl PointRecords {
     pub(crate) fn setting(&self) -> Option<Knobs> {
         let Model::Deformable(ring) = &self.point.model else { return None };
         let stepping = &self.point.stepping;
-        let automatic = candidates(&self.point, &StabilityLimit::of(&self.point)).contains(stepping);
+        let automatic = stepping.integrator == Integrator::Adaptive
+            || candidates(&self.point, &StabilityLimit::of(&self.point)).contains(stepping);
         Some((ring.n_vertices, stepping.integrator, (!automatic).then_some(stepping.dt)))
     }
 }

@@ -19,27 +19,45 @@ pub enum TestScene {
     Flow,
     /// An array in which droplets clog.
     Clog,
+    /// A liquid droplet passes the constriction of `Passage`.
+    LiquidPassage,
+    /// A liquid droplet stays stuck in that of `Arrest`.
+    LiquidArrest,
+    /// Liquid droplets in the arrays of `Clog`.
+    LiquidClog,
     /// A soft particle on a plate.
     Plate,
 }
 
 names!(pub(crate) TestScene {
     Free = "free", Channel = "channel", Passage = "passage", Arrest = "arrest",
-    Flow = "flow", Clog = "clog", Plate = "plate",
+    Flow = "flow", Clog = "clog",
+    LiquidPassage = "liquid_passage", LiquidArrest = "liquid_arrest", LiquidClog = "liquid_clog",
+    Plate = "plate",
 });
 
 impl TestScene {
-    pub(crate) const ALL: [Self; 7] =
-        [Self::Free, Self::Channel, Self::Passage, Self::Arrest, Self::Flow, Self::Clog, Self::Plate];
+    pub(crate) const ALL: [Self; 10] = [
+        Self::Free,
+        Self::Channel,
+        Self::Passage,
+        Self::LiquidPassage,
+        Self::Arrest,
+        Self::LiquidArrest,
+        Self::Flow,
+        Self::Clog,
+        Self::LiquidClog,
+        Self::Plate,
+    ];
 
     /// The numbers that are read off its runs.
     pub(crate) const fn observables(self) -> &'static [Observable] {
         match self {
             Self::Free => FREE,
-            Self::Channel | Self::Passage => PASSAGE,
-            Self::Arrest => ARREST,
+            Self::Channel | Self::Passage | Self::LiquidPassage => PASSAGE,
+            Self::Arrest | Self::LiquidArrest => ARREST,
             Self::Flow => FLOW,
-            Self::Clog => CLOG,
+            Self::Clog | Self::LiquidClog => CLOG,
             Self::Plate => PLATE,
         }
     }
@@ -52,6 +70,9 @@ impl TestScene {
             Self::Arrest => "A droplet stays stuck in a constriction, and comes to rest",
             Self::Flow => "Arrays of obstacles in which nothing clogs, the same at every setting",
             Self::Clog => "Arrays of obstacles in which droplets clog, the same at every setting",
+            Self::LiquidPassage => "The same passage, by a droplet that is a liquid",
+            Self::LiquidArrest => "The same arrest, of a droplet that is a liquid",
+            Self::LiquidClog => "The same arrays that clog, for droplets that are liquids",
             Self::Plate => "A soft particle sinks onto a plate",
         }
     }
@@ -63,11 +84,11 @@ impl TestScene {
             Self::Channel | Self::Passage => Some(Kind::Channel),
             Self::Flow => Some(Kind::Flow),
             Self::Clog => Some(Kind::Clog),
-            Self::Arrest | Self::Plate => None,
+            Self::Arrest | Self::Plate | Self::LiquidPassage | Self::LiquidArrest | Self::LiquidClog => None,
         }
     }
 
     pub(crate) const fn needs_samples(self) -> bool {
-        matches!(self, Self::Free | Self::Channel | Self::Passage | Self::Arrest)
+        !matches!(self, Self::Flow | Self::Clog | Self::LiquidClog | Self::Plate)
     }
 }
