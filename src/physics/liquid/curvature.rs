@@ -121,3 +121,64 @@ impl Work {
         Self { z: Matrix::new(n, n), gathered: Matrix::new(n, n), scratch: vec![0.0; 2 * padded(n)] }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::on_instruction_set;
+    use crate::physics::liquid::polygon::{Edges, Polygon};
+    use crate::physics::simd::InstructionSet;
+
+    const N: usize = 21;
+
+    /// Some number for each place of a symmetric term.
+    fn symmetric<const M: usize>(seed: usize) -> [[f64; M]; M] {
+        let entry = |i: usize, j: usize| libm::sin((seed + 1) as f64 * 0.7 + (i + j) as f64 * 1.3 + (i * j) as f64);
+        std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    }
+
+    #[test]
+    fn the_reduced_matrix_is_that_of_the_even_motions_on_any_instruction_set() {
+        let angle = |i: usize| 2.0 * std::f64::consts::PI * i as f64 / N as f64;
+        let x = (0..N).map(|i| 0.6 * libm::cos(angle(i)) + 0.1 * libm::cos(2.0 * angle(i))).collect();
+        let y = (0..N).map(|i| 0.4 * libm::sin(angle(i))).collect();
+        let (mut edges, mut even, mut curvature) = (Edges::default(), Even::default(), Curvature::default());
+        edges.measure(&Polygon { x, y });
+        even.measure(&edges);
+        curvature.clear(N);
+        (0..N).for_each(|i| curvature.add_edge(i, &symmetric(i)));
+        curvature.add_vertex(4, [3.0, -1.0, 2.0]);
+        curvature.add_far([2, 11, 12], symmetric(50));
+
+        let mut reduce = |set: InstructionSet| {
+            let (mut out, mut work) = (Matrix::new(N, N), Work::new(N));
+            on_instruction_set!(set, simd => {
+                even.spread(simd);
+                curvature.reduce(simd, &even, &mut work, &mut out);
+            });
+            out.values
+        };
+        let (reduced, width) = (reduce(InstructionSet::new()), padded(N));
+        assert_eq!(reduced, reduce(InstructionSet::fallback()));
+
+        let motions: Vec<Vec<f64>> = (0..N)
+            .map(|k| {
+                let (mut unit, mut motion) = (vec![0.0; N], vec![0.0; 2 * N]);
+                unit[k] = 1.0;
+                even.displace(&unit, &mut motion);
+                motion
+            })
+            .collect();
+        for k in 0..N {
+            for l in k..N {
+                let mut product = 0.0;
+                for &(i, j, block) in curvature.blocks() {
+                    for (place, value) in block.into_iter().enumerate() {
+                        product += motions[k][2 * i + place / 2] * value * motions[l][2 * j + place % 2];
+                    }
+                }
+                assert!((product - reduced[k * width + l]).abs() < 1e-11, "{k} {l}");
+            }
+        }
+    }
+}

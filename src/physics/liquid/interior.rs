@@ -69,7 +69,7 @@ impl Interior {
         &self.q.row(e)[..self.n]
     }
 
-    /// Q.
+    /// The matrix Q.
     pub(crate) const fn form(&self) -> &Matrix {
         &self.q
     }

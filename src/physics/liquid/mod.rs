@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `polygon` | lengths, area, centroid |
 //! | `even` | motion along the normals that keeps the edges even |
-//! | `potential` | the energy and its derivatives |
+//! | `potential` | the energy and its gradient; in its folder the second derivatives, and how vertices settle on walls |
 //! | `taut` | edges that bend round walls |
 //! | `self_contact` | the droplet against itself |
 //! | `nearby` | what can touch |

@@ -45,8 +45,8 @@ const FIRST: f64 = 1e-3;
 /// The longest step, in t0.
 const LONGEST: f64 = 50.0;
 
-/// Largest distance that a vertex may move in one step, in sigma. It is less than the
-/// [skin](crate::physics::liquid::nearby::SKIN) of the list of what is near, and no droplet jumps over an obstacle.
+/// Largest distance that a vertex may move in one step at the speed of the last one, in sigma. No droplet jumps over an
+/// obstacle.
 const LARGEST_MOVE: f64 = 0.05;
 
 /// By what factor steps grow at most; BDF2 is stable below 2.41.
