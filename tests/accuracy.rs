@@ -18,6 +18,7 @@ const SMALL: &str = r#"
 name = "small"
 about = "what accuracy costs, on coarse rings"
 model = "DP"
+dynamics = "vertex"
 runs_per_point = 1
 limits = { t_max = 500.0 }
 
@@ -107,7 +108,7 @@ fn a_block_of_another_name_and_a_picture_of_another_kind_are_refused_before_anyt
 /// An array campaign over N_v, and what made-up runs say of it.
 fn judged(block: &str, run: impl Fn(usize, u64) -> RunRecord) -> Accuracy {
     let text = format!(
-        "name = \"made_up\"\nmodel = \"DP\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 1.0\nsigma_ob = 0.3\n\
+        "name = \"made_up\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 1.0\nsigma_ob = 0.3\n\
          density = 0.3\nruns_per_point = 6\n[[block]]\nname = \"{block}\"\nintegrator = \"verlet\"\n\
          grid = {{ n_vertices = [64, 128, 256, 512] }}"
     );
@@ -190,7 +191,7 @@ fn a_droplet_that_is_stuck_has_no_error_and_says_so() {
 
 fn with_tolerance(keys: &str) -> Result<Campaign, String> {
     let text = format!(
-        "name = \"c\"\nmodel = \"DP\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.39\n\
+        "name = \"c\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nscene = \"obstacles\"\ngamma = 1.0\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.39\n\
          runs_per_point = 2\nlimits.distance = 20.0\n{keys}"
     );
     Campaign::parse("c.toml", &text).map_err(|errors| errors.render(false))
@@ -219,7 +220,7 @@ fn a_tolerance_finer_than_anything_measured_is_refused_with_the_finest() {
     let finest = table().kinds[&Kind::Clog].settings.iter().map(|setting| setting.error).fold(1.0, f64::min);
     let error = with_tolerance("tolerance = 1e-9").unwrap_err();
     assert!(
-        error.contains("c.toml:10") && error.contains("the finest setting measured in arrays that clog"),
+        error.contains("c.toml:11") && error.contains("the finest setting measured in arrays that clog"),
         "{error}"
     );
     assert!(error.contains(&format!("off by {}", meniscus::parameters::Short(finest))), "{error}");

@@ -227,7 +227,7 @@ fn thresholds_are_a_table_rows_and_a_plot_of_what_can_pass_and_need_no_store() {
     let folder = folder();
     let dir = folder.path();
     let campaign = |scene: &str| {
-        let text = format!("name = \"narrow\"\nmodel = \"DP\"\nruns_per_point = 1\n{scene}");
+        let text = format!("name = \"narrow\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nruns_per_point = 1\n{scene}");
         fs::write(dir.join("narrow.toml"), text).unwrap();
     };
     campaign("scene = \"channel\"\n[grid]\nw = [0.4, 0.7]\ngamma = [0.1, 0.5, 3.0]\n");

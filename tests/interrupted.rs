@@ -24,6 +24,7 @@ limits.distance = "none"
 [[block]]
 name = "deformable"
 model = "DP"
+dynamics = "vertex"
 integrator = "verlet"
 n_vertices = 40
 runs_per_point = 2
@@ -33,6 +34,7 @@ limits.t_max = 12000.0
 [[block]]
 name = "implicit"
 model = "DP"
+dynamics = "vertex"
 n_vertices = 40
 integrator = "implicit"
 gamma = 0.3
@@ -50,6 +52,7 @@ const FAILING: &str = r#"
 name = "failing"
 scene = "obstacles"
 model = "DP"
+dynamics = "vertex"
 w_ob = 0.2
 sigma_ob = 0.3
 density = 0.7

@@ -124,6 +124,37 @@ fn stiff_droplets_come_to_rest_in_dense_arrays() {
     assert!(trajectory.ek_ratio_end < 1e-17);
 }
 
+/// A run in the array of this seed, which ends by itself.
+fn among_obstacles(keys: &str, seed: u64) -> Trajectory {
+    let keys = format!("{ARRAY}density = 1.0\nlimits.t_max = 3e4\n{keys}");
+    single::run(&keys, seed).unwrap_or_else(|failure| panic!("{keys}, seed {seed}: {}", failure.reason))
+}
+
+#[test]
+fn it_clogs_in_the_same_place_on_coarse_and_on_fine_rings_and_its_edges_stay_even() {
+    for seed in [0, 2, 4, 5, 8] {
+        let [coarse, fine] = [32, 64].map(|n| among_obstacles(&format!("gamma = 0.8\nn_vertices = {n}"), seed));
+        assert_eq!((coarse.outcome, fine.outcome), (Outcome::Clogged, Outcome::Clogged), "seed {seed}");
+        assert!((coarse.r_end - fine.r_end).abs() < 0.006, "seed {seed}: {} {}", coarse.r_end, fine.r_end);
+        let outline = fine.outlines.last().expect("the last shape is kept");
+        let n = outline.x.len();
+        let edges: Vec<f64> = (0..n)
+            .map(|i| libm::hypot(outline.x[(i + 1) % n] - outline.x[i], outline.y[(i + 1) % n] - outline.y[i]))
+            .collect();
+        let mean = edges.iter().sum::<f64>() / 64.0;
+        assert!(edges.iter().all(|edge| *edge < 1.5 * mean), "seed {seed}: {edges:?}");
+    }
+}
+
+#[test]
+fn soft_droplets_that_hang_over_obstacles_end_without_a_failure() {
+    for seed in 0..4 {
+        let run = among_obstacles("gamma = 0.05\nn_vertices = 96\nlimits.distance = 6.0", seed);
+        assert!(matches!(run.outcome, Outcome::Pinched | Outcome::Distance), "seed {seed}: {:?}", run.outcome);
+        assert!(run.energy_rise_max < 1e-10, "seed {seed}: the energy rose by {:.1e}", run.energy_rise_max);
+    }
+}
+
 #[test]
 fn its_steps_do_not_depend_on_when_it_is_looked_at() {
     let keys = |every: f64| format!("{ARRAY}density = 1.0\ngamma = 0.8\nlimits.t_max = 60.0\nsample_every = {every}");

@@ -13,7 +13,7 @@ fn campaign(name: &str, limits: &str) -> Campaign {
         "name = \"{name}\"\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\nbox_size = 30.0\n\
          sample_every = 2.0\nshapes_every = 7.0\nruns_per_point = 4\nlimits = {{ {limits} }}\n\
          [[block]]\nname = \"soft\"\nmodel = \"SP\"\ne_w = 10.0\n\
-         [[block]]\nname = \"ring\"\nmodel = \"DP\"\ngamma = 1.09\nn_vertices = 32\n"
+         [[block]]\nname = \"ring\"\nmodel = \"DP\"\ndynamics = \"vertex\"\ngamma = 1.09\nn_vertices = 32\n"
     );
     Campaign::parse("longer.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)))
 }

@@ -179,6 +179,7 @@ const BEYOND_A_SCHEMA: [&str; 22] = [
     "not_finite",
     "obstacles_too_many",
     "obstacles_wider_than_box",
+    "springs_by_default",
     "step_error_for_vertex",
     "tolerance_and_what_it_chooses",
     "tolerance_on_a_plate",

@@ -31,6 +31,7 @@ distance = 4.0
 [[block]]
 name = "deformable"
 model = "DP"
+dynamics = "vertex"
 n_vertices = 44
 grid = { gamma = [1.0], shapes_every = ["none", 25.0] }
 

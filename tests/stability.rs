@@ -152,7 +152,10 @@ fn nine_tenths_of_the_stability_limit_run_and_eleven_tenths_are_refused() {
     let keys = format!("{DENSE}gamma = 10.0\n");
     let limit = StabilityLimit::of(&job(&keys, 0).0.point).dt_max;
     bears(&format!("{keys}dt = {}\nlimits.t_max = 60.0", 0.9 * limit), 0, 0.01);
-    let text = format!("name = \"one\"\nmodel = \"DP\"\nruns_per_point = 1\n{keys}dt = {}", 1.1 * limit);
+    let text = format!(
+        "name = \"one\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nruns_per_point = 1\n{keys}dt = {}",
+        1.1 * limit
+    );
     let refusal = Campaign::parse("one.toml", &text).unwrap_err().render(false);
     assert!(refusal.contains("stability limit") && refusal.contains("tension"), "{refusal}");
 }

@@ -12,6 +12,8 @@ use crate::parameters::{
 };
 
 const DP: Applies = Applies::Model("DP");
+/// The name of the droplet as a liquid, the default.
+const DARCY: &str = "darcy";
 const SP: Applies = Applies::Model("SP");
 const OBSTACLES: Applies = Applies::Scene("obstacles");
 const CHANNEL: Applies = Applies::Scene("channel");
@@ -62,22 +64,22 @@ pub static PARAMETERS: &[Parameter] = &[
         .choice(&["obstacles", "channel", "plate", "disc"]).required(),
 
     parameter("dynamics", "the laws by which it moves", field!(ring.dynamics))
-        .of(DP).choice(Dynamics::NAMES),
+        .of(DP).choice(Dynamics::NAMES).default_to(DARCY),
     parameter("gamma", "line tension", field!(ring.gamma))
         .of(DP).number(between(1e-3, 100.0)).unit("g rho sigma^2").caption(),
     parameter("bond", "Bond number, rho g sigma^2 over the tension, in place of gamma", BOND)
         .of(DP).number(between(1e-2, 1e3)).instead_of("gamma"),
     parameter("kappa", "perimeter stiffness over line tension", field!(ring.kappa))
         .of(DP).number_or("auto", between(0.0, 10.0)).caption()
-        .auto("1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
+        .auto("none; under dynamics = \"vertex\" 1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
     parameter("k_a", "area stiffness", field!(ring.k_a))
         .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma"),
     parameter("n_vertices", "vertices of the ring", field!(ring.n_vertices))
         .of(DP).whole_or("auto", between(8.0, MOST_VERTICES as f64)).caption()
-        .auto("256; under dynamics = \"darcy\" 64, or up to 192 for soft droplets among obstacles"),
+        .auto("64, or up to 192 for soft droplets among obstacles; under dynamics = \"vertex\" 256"),
     parameter("e_w", "wall stiffness of the whole ring", field!(ring.e_w))
         .of(DP).number_or("auto", POSITIVE.up_to(1e8)).unit("g rho sigma")
-        .auto("1e6 in channels, 1e4 elsewhere; under dynamics = \"darcy\" 5e7 and 1e7, times gamma above 1, but at most 1e8"),
+        .auto("5e7 in channels, 1e7 elsewhere, times gamma above 1, but at most 1e8; under dynamics = \"vertex\" 1e6 and 1e4"),
     parameter("e_w", "wall stiffness of the point", field!(soft.e_w))
         .of(SP).number(POSITIVE.up_to(1e4)).unit("g rho sigma^3").caption(),
     parameter("delta", "vertex diameter", field!(ring.delta))
@@ -135,11 +137,12 @@ pub static PARAMETERS: &[Parameter] = &[
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
         .choice(IntegratorChoice::NAMES)
-        .auto("the implicit one where it costs less than half of Verlet's time; that of its own under dynamics = \"darcy\""),
+        .auto("that of its own; under dynamics = \"vertex\" and for a soft particle the implicit one where that costs less than half of \
+               Verlet's time"),
     parameter("dt", "time step", field!(point.stepping.dt))
         .number_or("auto", POSITIVE).unit("t0")
-        .auto("up to 0.001 and 0.8 of Verlet's stability limit; 1/16 or less for the implicit integrator; under dynamics = \"darcy\" 1/8 or less, \
-               the grid of times at which the droplet is looked at"),
+        .auto("1/8 or less, the grid of times at which the droplet is looked at; Verlet: up to 0.001 and 0.8 of the stability limit; \
+               the implicit integrator: 1/16 or less"),
     parameter("t_max", "longest simulated time", field!(point.limits.t_max))
         .limit().number(POSITIVE).default(2e5).unit("t0"),
     parameter("distance", "way after which a run ends", field!(point.limits.distance))
@@ -277,7 +280,8 @@ mod tests {
     #[test]
     fn the_defaults_are_those_of_new_points() {
         let point = Point::new(Model::Deformable(Deformable::of_tension(1.0)), Scene::Plate);
-        for parameter in PARAMETERS {
+        // But for the dynamics: points of old stores do not say it, and are rings of the paper.
+        for parameter in PARAMETERS.iter().filter(|parameter| parameter.name != "dynamics") {
             let default = parameter.default.filter(|default| !parameter.is_open(*default));
             if let (Some(value), Some(default)) = (parameter.get(&point), default) {
                 assert_eq!(value, default, "{}", parameter.name);

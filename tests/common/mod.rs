@@ -24,6 +24,7 @@ distance = 6.0
 [[block]]
 name = "deformable"
 model = "DP"
+dynamics = "vertex"
 n_vertices = 44
 integrator = "verlet"
 grid = { gamma = [0.3, 1.0] }

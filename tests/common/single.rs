@@ -8,10 +8,12 @@ use meniscus::physics::walls::arrays::library::ArrayLibrary;
 use meniscus::results::trajectory::{Failure, Trajectory};
 use std::sync::atomic::AtomicBool;
 
-/// The first job of a campaign of these keys (DP unless they say otherwise), and the integrator it has.
+/// The first job of a campaign of these keys (a DP, the ring of the paper, unless they say otherwise), and the integrator it has.
 pub fn job(keys: &str, seed: u64) -> (Job, Integrator) {
     let model = if keys.contains("model = ") { "" } else { "model = \"DP\"\n" };
-    let text = format!("name = \"one\"\n{model}runs_per_point = 1\n{keys}");
+    let is_ring = !model.is_empty() && !keys.contains("dynamics = ");
+    let dynamics = if is_ring { "dynamics = \"vertex\"\n" } else { "" };
+    let text = format!("name = \"one\"\n{model}{dynamics}runs_per_point = 1\n{keys}");
     let campaign = Campaign::parse("one.toml", &text).unwrap_or_else(|errors| panic!("{}", errors.render(false)));
     let block = &campaign.blocks[0];
     let point = block.points[0].clone();

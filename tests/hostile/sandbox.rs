@@ -28,6 +28,7 @@ grid = { e_w = [1.0, 30.0] }
 [[block]]
 name = "deformable"
 model = "DP"
+dynamics = "vertex"
 n_vertices = 32
 gamma = 1.0
 "#;

@@ -155,7 +155,7 @@ fn planned(dir: &Path, text: &str) {
 
 #[test]
 fn a_grid_over_any_key_is_grouped_by_that_key() {
-    let head = "name = \"c\"\nmodel = \"DP\"\nruns_per_point = 1\n";
+    let head = "name = \"c\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nruns_per_point = 1\n";
     let scenes = [
         ("obstacles", "gamma = 1.0, w_ob = 0.2, sigma_ob = 0.3, density = 0.5, box_size = 50.0, distance = 9.0"),
         ("channel", "gamma = 1.0, w = 0.9, angle = 45.0, tip_radius = 0.1, h_start = -3.0, h_end = 2.0"),
@@ -192,7 +192,7 @@ fn a_grid_over_any_key_is_grouped_by_that_key() {
 #[test]
 fn words_of_a_block_and_its_name_are_columns_and_a_shared_job_keeps_the_block_that_brought_it() {
     let dir = scratch();
-    let text = "name = \"words\"\nmodel = \"DP\"\nscene = \"plate\"\ngamma = 1.0\nruns_per_point = 2\n\
+    let text = "name = \"words\"\nmodel = \"DP\"\ndynamics = \"vertex\"\nscene = \"plate\"\ngamma = 1.0\nruns_per_point = 2\n\
                 [[block]]\nname = \"usual\"\n\
                 [[block]]\nname = \"literal\"\ncontact = \"vertex\"\ngravity = \"centroid\"\nself_contact = \"off\"\n\
                 engulfed = \"record\"\n\

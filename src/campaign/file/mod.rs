@@ -131,6 +131,13 @@ impl Campaign {
         Self::parse(&shown(path), text)
     }
 
+    /// What a text in a store may mean: as this program reads it, and, where it says nothing of dynamics, as programs did
+    /// for which a DP was the ring of [C24] eqs 5 to 7. Empty if it cannot be read.
+    pub(crate) fn readings(text: &str) -> Vec<Self> {
+        let earlier = (!text.contains("dynamics")).then(|| format!("dynamics = \"vertex\"\n{text}"));
+        [Some(text.to_owned()), earlier].into_iter().flatten().filter_map(|text| Self::parse("", &text).ok()).collect()
+    }
+
     /// Reads the text of a campaign file; `file_name` appears in the errors.
     ///
     /// # Errors

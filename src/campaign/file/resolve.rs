@@ -223,7 +223,11 @@ fn chosen_once(draft: &Draft, view: Inherited<'_>, problems: &mut Problems<'_>) 
 
 /// Keys of the ring of springs mean nothing for a liquid, and its own key nothing for the ring.
 fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
-    let darcy = view.word("dynamics") == Some("darcy");
+    if view.word("model") != Some("DP") {
+        return true;
+    }
+    // An axis may hold both.
+    let darcy = view.get("dynamics").is_none_or(|_| view.word("dynamics") == Some("darcy"));
     let idle: &[(&'static str, &[&str])] = match darcy {
         true => &[
             ("kappa", &["auto"]),
@@ -245,7 +249,7 @@ fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
         let (message, help) = match darcy {
             true => (
                 "it means nothing for dynamics = \"darcy\", a liquid of constant tension without springs or inertia",
-                "leave it out, or write dynamics = \"vertex\"",
+                "leave it out, or write dynamics = \"vertex\", the ring of springs",
             ),
             false => ("it means nothing for dynamics = \"vertex\"", "leave it out, or write dynamics = \"darcy\""),
         };

@@ -100,7 +100,7 @@ fn a_job_that_two_blocks_name_is_planned_once_and_counts_in_the_first() {
 
 #[test]
 fn the_longest_jobs_come_first_and_equal_ones_by_seed() {
-    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 3\n[grid]\ngamma = [0.3, 1.0]\nn_vertices = [64, 128]";
+    let body = "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 3\n[grid]\ngamma = [0.3, 1.0]\nn_vertices = [64, 128]";
     let plan = fresh(&campaign(body));
     assert!(plan.jobs.is_sorted_by(|a, b| a.expected_s >= b.expected_s));
     let seeds: Vec<u64> = plan.jobs.iter().map(|job| job.job.seed).collect();
@@ -110,7 +110,7 @@ fn the_longest_jobs_come_first_and_equal_ones_by_seed() {
 
 #[test]
 fn cost_is_steps_times_the_measured_speed() {
-    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 4\ngamma = 1.0\ndt = 1e-3\nlimits.distance = 21.0";
+    let body = "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 4\ngamma = 1.0\ndt = 1e-3\nlimits.distance = 21.0";
     let plan = fresh(&campaign(body));
     // 21/(0.7 * 0.03) = 1000 t0 are 1e6 steps of 256 vertices at 2 ns each.
     assert!((plan.jobs[0].expected_s - 0.512).abs() < 1e-9);
@@ -129,7 +129,7 @@ fn without_a_distance_the_cost_is_an_upper_bound_from_t_max() {
 
 #[test]
 fn the_text_tells_what_acts_and_what_does_not_and_why() {
-    let body = "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 2\n[grid]\ngamma = [0.3, 10.0]\nkappa = [0.0, 1e-3]";
+    let body = "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 2\n[grid]\ngamma = [0.3, 10.0]\nkappa = [0.0, 1e-3]";
     let text = fresh(&campaign(body)).render(2);
     for part in [
         "DP in obstacles, 4 points x 2 runs = 8 jobs",
@@ -147,7 +147,7 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
 
 #[test]
 fn the_text_says_which_integrator_takes_what_and_why() {
-    let body = |keys: &str| format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}");
+    let body = |keys: &str| format!("model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}");
     for (keys, line) in [
         ("gamma = 1.0", "implicit the cheaper one: verlet, its step bound by"),
         ("gamma = 0.1", "verlet   droplets of so small a tension fold back on themselves"),
@@ -170,8 +170,9 @@ fn the_text_says_which_integrator_takes_what_and_why() {
 #[test]
 fn a_job_is_the_same_whether_its_integrator_was_chosen_or_asked_for() {
     let points = |keys: &str| {
-        let body =
-            format!("model = \"DP\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}\ngrid = {{ gamma = [0.1, 1.0, 10.0] }}");
+        let body = format!(
+            "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}\ngrid = {{ gamma = [0.1, 1.0, 10.0] }}"
+        );
         campaign(&body).blocks[0].point_ids.clone()
     };
     let [chosen, verlet, implicit] = ["", "integrator = \"verlet\"", "integrator = \"implicit\""].map(points);
@@ -193,7 +194,7 @@ fn known_jobs_may_come_in_any_order() {
 #[test]
 fn a_plan_names_the_limits_the_box_and_every_switch_inside_a_grid() {
     let text = fresh(&campaign(
-        "model = \"DP\"\nw_ob = 0.2\nbox_size = 60.0\nruns_per_point = 2\nlimits = { t_max = 5e4, distance = 30.0 }
+        "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nbox_size = 60.0\nruns_per_point = 2\nlimits = { t_max = 5e4, distance = 30.0 }
          grid = { gamma = [0.05, 0.1, 0.3, 1.0], v_t = [0.01, 0.03] }",
     ))
     .render(2);
@@ -207,7 +208,7 @@ fn a_plan_names_the_limits_the_box_and_every_switch_inside_a_grid() {
         "{text}"
     );
     let fixed = fresh(&campaign(
-        "model = \"DP\"\nw_ob = 0.2\nruns_per_point = 2\nintegrator = \"verlet\"\ngrid = { gamma = [0.05, 1.0], kappa = [0.1, 0.2] }",
+        "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 2\nintegrator = \"verlet\"\ngrid = { gamma = [0.05, 1.0], kappa = [0.1, 0.2] }",
     ));
     assert!(!fixed.render(2).contains("switch"), "what the file gives is no switch");
     assert!(fixed.render(2).contains("distance = none"));

@@ -68,9 +68,11 @@ impl Division {
             let (key, name, text): (i64, String, String) = (row.get(0)?, row.get(1)?, row.get(2)?);
             if goes(key) {
                 division.campaigns.push(key);
-            } else if let Ok(campaign) = Campaign::parse(&name, &text) {
-                campaign.blocks.iter().for_each(|block| plan(&mut planned, key, block));
-            } else if !division.unread.contains(&name) {
+                continue;
+            }
+            let readings = Campaign::readings(&text);
+            readings.iter().flat_map(|read| &read.blocks).for_each(|block| plan(&mut planned, key, block));
+            if readings.is_empty() && !division.unread.contains(&name) {
                 division.unread.push(name);
             }
         }

@@ -42,8 +42,8 @@ fn fill_blocks(conn: &Connection) -> rusqlite::Result<()> {
     let mut rows = texts.query([])?;
     while let Some(row) = rows.next()? {
         let campaign: i64 = row.get(0)?;
-        let read = row.get_ref(1)?.as_str().ok().and_then(|text| Campaign::parse("", text).ok());
-        for block in read.iter().flat_map(|read| &read.blocks) {
+        let readings = row.get_ref(1)?.as_str().map_or_else(|_| Vec::new(), Campaign::readings);
+        for block in readings.iter().flat_map(|read| &read.blocks) {
             for point in &block.point_ids {
                 fill.execute(params![block.name, campaign, point.to_string()])?;
             }
