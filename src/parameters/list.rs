@@ -12,13 +12,14 @@ use crate::parameters::{
 };
 
 const DP: Applies = Applies::Model("DP");
-/// The name of the droplet as a liquid, the default.
-const DARCY: &str = "darcy";
 const SP: Applies = Applies::Model("SP");
 const OBSTACLES: Applies = Applies::Scene("obstacles");
 const CHANNEL: Applies = Applies::Scene("channel");
 const DISC: Applies = Applies::Scene("disc");
 const POSITIVE: Interval = above(0.0);
+
+/// The droplet as a liquid, which is the default.
+const DARCY: &str = "darcy";
 
 /// The [`Field`] of a point, or of a part that only some points have.
 macro_rules! field {

@@ -226,7 +226,7 @@ fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
     if view.word("model") != Some("DP") {
         return true;
     }
-    // An axis may hold both.
+    // What is given and is no word is reported elsewhere.
     let darcy = view.get("dynamics").is_none_or(|_| view.word("dynamics") == Some("darcy"));
     let idle: &[(&'static str, &[&str])] = match darcy {
         true => &[
