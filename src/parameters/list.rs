@@ -72,7 +72,7 @@ pub static PARAMETERS: &[Parameter] = &[
         .of(DP).number(between(1e-2, 1e3)).instead_of("gamma"),
     parameter("kappa", "perimeter stiffness over line tension", field!(ring.kappa))
         .of(DP).number_or("auto", between(0.0, 10.0)).caption()
-        .auto("none; under dynamics = \"vertex\" 1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
+        .auto("0; under dynamics = \"vertex\" 1e-3, or 1/(N_v l0) among obstacles where the tension cannot keep the vertices apart"),
     parameter("k_a", "area stiffness", field!(ring.k_a))
         .of(DP).number(POSITIVE.up_to(1e8)).default(1e4).unit("g rho/sigma"),
     parameter("n_vertices", "vertices of the ring", field!(ring.n_vertices))
@@ -138,8 +138,8 @@ pub static PARAMETERS: &[Parameter] = &[
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
         .choice(IntegratorChoice::NAMES)
-        .auto("that of its own; under dynamics = \"vertex\" and for a soft particle the implicit one where that costs less than half of \
-               Verlet's time"),
+        .auto("adaptive; for a soft particle verlet; under dynamics = \"vertex\" implicit where that costs less than half of verlet's \
+               time, else verlet"),
     parameter("dt", "time step", field!(point.stepping.dt))
         .number_or("auto", POSITIVE).unit("t0")
         .auto("1/8 or less, the grid of times at which the droplet is looked at; Verlet: up to 0.001 and 0.8 of the stability limit; \

@@ -1,7 +1,7 @@
 //! How vertices meet walls while Newton's method looks for a shape.
 //!
-//! Walls are so stiff that a vertex overlaps them by a millionth of sigma. A step of Newton's method follows straight lines,
-//! and leaves a round wall by more than that, or enters it. Then contacts would open and close for ever.
+//! Walls are so stiff that a vertex overlaps them by a millionth of sigma. A step of Newton's method follows straight
+//! lines, and leaves a round wall by more than that, or enters it. Then contacts would open and close for ever.
 
 use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;

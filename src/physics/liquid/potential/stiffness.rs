@@ -6,9 +6,9 @@ use crate::physics::liquid::potential::{Evaluation, Potential};
 use crate::physics::walls::wall::{Obstacle, Walls};
 use nalgebra::{Matrix4, SymmetricEigen};
 
-/// What second derivatives are multiplied with. On the way to a solution shapes are compressed and overlap walls, by so
-/// little that the next iteration removes it, but with stiff liquid and walls their pressure and pushes are far from those
-/// of the solution, and would make the matrix indefinite.
+/// The pressure and the pushes that second derivatives are taken for. On the way to a solution a shape is a little
+/// compressed and overlaps walls a little. Liquid and walls are so stiff that its own pressure and pushes are then far
+/// from those of the solution, and would make the matrix indefinite.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Foreseen {
     /// The pressure of the liquid.
@@ -20,16 +20,15 @@ pub(crate) struct Foreseen {
 
 impl<W: Walls> Potential<W> {
     /// Sets the second derivatives at `shape`, which `out` evaluates. They are those for the pressure and the pushes that
-    /// are `foreseen`, or else for those of the shape.
+    /// are `foreseen`.
     pub(crate) fn differentiate_twice(
         &self,
         shape: &Polygon,
         nearby: &Nearby<W::Obstacle>,
-        foreseen: Option<Foreseen>,
+        foreseen: Foreseen,
         out: &mut Evaluation,
     ) {
-        let of_shape = Foreseen { pressure: out.load.pressure, push: f64::INFINITY };
-        let Foreseen { pressure, push: most } = foreseen.unwrap_or(of_shape);
+        let Foreseen { pressure, push: most } = foreseen;
         let n = shape.len();
         out.curvature.clear(n);
         for i in 0..n {

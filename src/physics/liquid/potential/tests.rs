@@ -25,7 +25,8 @@ fn evaluation<W: Walls>(potential: &Potential<W>, shape: &Polygon) -> Evaluation
     let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
     nearby.list(potential.walls.as_ref(), [0.0; 2], shape, potential.reach, potential.folds.as_ref());
     potential.evaluate(shape, &nearby, &mut seen);
-    potential.differentiate_twice(shape, &nearby, None, &mut seen);
+    let of_shape = Foreseen { pressure: seen.load.pressure, push: f64::INFINITY };
+    potential.differentiate_twice(shape, &nearby, of_shape, &mut seen);
     seen
 }
 

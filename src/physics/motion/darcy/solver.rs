@@ -208,8 +208,8 @@ impl Solver {
         Ok(())
     }
 
-    /// Factorises the matrix of Newton's method. If need be it leaves out what pushes of round walls, and strings round walls
-    /// that the liquid draws back from, take from it.
+    /// Factorises the matrix of Newton's method. If it is not positive definite, this leaves out the negative stiffness of
+    /// pushes from round walls, and that of strings round walls.
     fn factorise_somehow<W: Walls>(&mut self, step: &Step<'_, W>) -> Result<(), Unsolved> {
         if self.is_strict {
             return self.factorise(step, f64::INFINITY);
@@ -245,7 +245,7 @@ impl Solver {
     fn factorise<W: Walls>(&mut self, step: &Step<'_, W>, push: f64) -> Result<(), Unsolved> {
         let Step { potential, nearby, alpha: [rate, ..], .. } = step;
         let foreseen = Foreseen { pressure: self.pressure, push };
-        potential.differentiate_twice(&self.shape, nearby, Some(foreseen), &mut self.here);
+        potential.differentiate_twice(&self.shape, nearby, foreseen, &mut self.here);
         let [area, x] = &mut self.reduced;
         self.even.reduce(&self.here.area_gradient, area);
         self.even.reduce(&self.here.x_gradient, x);
