@@ -16,6 +16,8 @@ mod mutate;
 mod parquet_files;
 #[path = "hostile/sandbox.rs"]
 mod sandbox;
+#[path = "hostile/worker.rs"]
+mod worker;
 
 use dump::Dump;
 use parquet_files::{Odd, odd_file};

@@ -45,6 +45,7 @@ fn results(dir: &Path, t_max: f64) -> Vec<String> {
         "select job_id, outcome, r_end, t_end, v_g_mean, ek_ratio_end, shape_max, area_error_max, overlap_max, steps from runs",
         "select * from clog_events",
         "select * from arrest_events",
+        "select * from pinch_events",
         "select * from samples",
         "select * from outline",
         "select * from stability",

@@ -28,8 +28,10 @@ use crate::report::raster::png;
 use crate::store;
 use clap::{ColorChoice, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::error::Error;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Once;
 
 /// How much larger than its SVG a PNG is.
 const PNG_ZOOM: f32 = 2.0;
@@ -97,24 +99,35 @@ enum Command {
 
 /// Reads the command line, does what it asks for, and says how it went.
 pub fn main() -> ExitCode {
-    let cli = parse();
+    let cli = parse(std::env::args_os());
     talk::log_to_stderr(cli.quiet, cli.verbose);
-    match cli.run() {
-        Ok(exit) => exit.into(),
-        Err(error) => {
-            talk::complain(error.as_ref());
-            Exit::Error.into()
-        }
-    }
+    cli.exit().into()
+}
+
+/// Does what a command line asks for, whose first word is the name of the program, and returns the exit code. Unlike
+/// [`main`] it may be called again and again.
+pub fn obey(command_line: impl IntoIterator<Item = OsString>) -> u8 {
+    static LOGS: Once = Once::new();
+    LOGS.call_once(|| talk::log_to_stderr(false, 0));
+    parse(command_line).exit() as u8
 }
 
 /// Reads the command line. What clap says of it has no colour where nothing else has.
-fn parse() -> Cli {
+fn parse(command_line: impl IntoIterator<Item = OsString>) -> Cli {
     let colour = if talk::colour() { ColorChoice::Auto } else { ColorChoice::Never };
-    Cli::from_arg_matches(&Cli::command().color(colour).get_matches()).unwrap_or_else(|error| error.exit())
+    let matches = Cli::command().color(colour).get_matches_from(command_line);
+    Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
 }
 
 impl Cli {
+    /// Runs the subcommand, and says what went wrong.
+    fn exit(&self) -> Exit {
+        self.run().unwrap_or_else(|error| {
+            talk::complain(error.as_ref());
+            Exit::Error
+        })
+    }
+
     /// Runs the subcommand.
     fn run(&self) -> CommandResult {
         match &self.command {

@@ -16,6 +16,7 @@ Views and tables, one row for each:
   runs            job: parameters, state, outcome, displacement, speed, cost
   clog_events     clog: when, where, how it holds (wrap, squeeze, hybrid)
   arrest_events   arrest: a run cut off at rest, above the threshold of a clog; the equilibrium, and what was left
+  pinch_events    film that closed, which ends a run: when, where
   samples         recorded instant of a job: t, r, h, y, v_g, ek_ratio, shape, area_error
   shapes          kept outline of a droplet, and the loads on it
   outline         vertex of a kept outline: t, vertex, x, y

@@ -60,6 +60,8 @@ pub struct Trajectory {
     pub clog: Option<Clog>,
     /// The equilibrium that lies ahead, if the simulated time ran out just before it.
     pub arrest: Option<Arrest>,
+    /// The film that closed, if the run ended with that.
+    pub pinch: Option<Pinch>,
     /// Recorded time series.
     pub samples: Samples,
     /// Kept outlines, by time; the last one is that at the end.
@@ -110,6 +112,15 @@ pub struct Arrest {
     pub way_left: f64,
     /// The energy that the droplet had left to lose, in M g sigma.
     pub energy_left: f64,
+}
+
+/// Where a film of the droplet closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pinch {
+    /// Unwrapped x, in sigma.
+    pub x: f64,
+    /// Unwrapped y, in sigma.
+    pub y: f64,
 }
 
 /// How a clog holds.

@@ -66,6 +66,7 @@ fn trajectory(seed: u64) -> Trajectory {
         steps: 1000,
         clog: None,
         arrest: None,
+        pinch: None,
         samples,
         outlines: vec![Outline { t: 4.0, x: vec![1.0], y: vec![2.0], loads: Vec::new() }],
     }

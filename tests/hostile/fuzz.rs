@@ -11,18 +11,15 @@
 use super::dump::Dump;
 use super::mutate::{Random, mutate};
 use super::parquet_files::{Odd, odd_file};
-use super::sandbox::{CAMPAIGN, Sandbox, link, pipe, text};
+use super::sandbox::{CAMPAIGN, Sandbox, commands, link, pipe};
+use super::worker::Worker;
 use rusqlite::Connection;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Memory that a command may take, in KB of address space.
-const MEMORY: u64 = 1_000_000;
-
-/// Seconds that a command may take.
-const SECONDS: u64 = 30;
+/// A process runs the commands on so many stores. Each run leaves a thread that waits for signals.
+const STORES_A_PROCESS: usize = 50;
 
 /// Values that no row of ours holds, as SQL.
 const VALUES: [&str; 24] = [
@@ -281,41 +278,12 @@ impl Place<'_> {
     }
 
     /// Runs every command, and says what went wrong.
-    fn attack(&self) -> Result<(), String> {
-        let program = std::env::var("MENISCUS").unwrap_or_else(|_| env!("CARGO_BIN_EXE_meniscus").to_owned());
-        let job = &self.corpus.job;
-        let script = format!(
-            r#"
-ulimit -v {MEMORY}
-export RUST_BACKTRACE=0
-m() {{ timeout -s KILL {SECONDS} "{program}" "$@" >> out/said 2>&1 < /dev/null; code=$?
-      case $code in 0|1|2|3) ;; *) echo "$code: $*"; tail -c 2000 out/said; exit 9 ;; esac }}
-m status store
-m status store --json
-m query store 'select * from runs'
-m query store 'select count(*), max(t), min(shape) from samples' --format csv
-m query store 'select seed, max(t) from all_runs join samples using (job_id) group by 1' --format json
-m query store 'select count(*) from outline join obstacles using (job_id)'
-m render store
-m render store {job} -o out/droplet.svg
-m render store {job} --path -o out/path.svg
-m plan letter.toml --store store
-m replay store/dumps/{job}.ckpt
-m forget store letter
-m check store
-m export store out/tables
-m fit store
-m run letter.toml --store store --threads 2
-m check store --repair
-m run letter.toml --store store --threads 2
-m forget store letter --yes
-"#
-        );
-        let output = Command::new("bash").args(["-c", &script]).current_dir(&self.folder).output().unwrap();
-        if output.status.code() != Some(0) {
-            return Err(format!("{}\n{}", output.status, text(&output)));
+    fn attack(&self, worker: &mut Worker) -> Result<(), String> {
+        worker.hush();
+        for command in commands(&self.corpus.job, &self.folder.join("out")) {
+            worker.run(&self.folder, &command)?;
         }
-        let said = std::fs::read_to_string(self.folder.join("out/said")).unwrap_or_default();
+        let said = worker.said();
         if said.contains("panicked at") || said.chars().any(|c| c.is_control() && c != '\n' && c != '\t') {
             return Err(format!("a panic, or characters that a terminal obeys:\n{said}"));
         }
@@ -367,6 +335,15 @@ fn same(a: &Path, b: &Path) -> bool {
         })
 }
 
+/// What one thread found.
+#[derive(Default)]
+struct Found {
+    slowest: (Duration, u64),
+    /// The most memory of a process, in MB.
+    memory: u64,
+    wrong: Vec<u64>,
+}
+
 #[test]
 fn hostile_stores_touch_nothing_outside_and_end_in_words() {
     let number = |name| std::env::var(name).ok().map(|text| text.parse::<u64>().unwrap());
@@ -374,35 +351,45 @@ fn hostile_stores_touch_nothing_outside_and_end_in_words() {
     let corpus = Corpus::new();
     let (next, begin) = (AtomicU64::new(from), Instant::now());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let work = |worker: usize| {
-        let place = Place { corpus: &corpus, folder: corpus.sandbox.path().join(format!("place-{worker}")) };
-        let mut slowest = (Duration::ZERO, 0);
-        let mut wrong = Vec::new();
-        loop {
+    let work = |number: usize| {
+        let folder = corpus.sandbox.path().join(format!("place-{number}"));
+        let (place, said) = (Place { corpus: &corpus, folder }, corpus.sandbox.path().join(format!("said-{number}")));
+        let (mut found, mut worker) = (Found::default(), Worker::start(&said));
+        for tried in 1.. {
             let input = next.fetch_add(1, Ordering::Relaxed);
             if input >= from + inputs {
-                return (slowest, wrong);
+                break;
             }
             let (mut random, start) = (Random::new(input), Instant::now());
             place.make();
             (0..=random.below(3)).for_each(|_| place.spoil(&mut random));
-            if let Err(problem) = place.attack() {
+            let attacked = place.attack(&mut worker);
+            found.memory = found.memory.max(worker.peak_memory());
+            if let Err(problem) = &attacked {
                 println!("store {input}: {problem}");
-                wrong.push(input);
+                found.wrong.push(input);
             }
-            slowest = slowest.max((start.elapsed(), input));
+            if attacked.is_err() || tried % STORES_A_PROCESS == 0 {
+                worker = Worker::start(&said);
+            }
+            found.slowest = found.slowest.max((start.elapsed(), input));
         }
+        found
     };
-    let found: Vec<_> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|worker| scope.spawn(move || work(worker))).collect();
+    let found: Vec<Found> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|number| scope.spawn(move || work(number))).collect();
         workers.into_iter().map(|worker| worker.join().unwrap()).collect()
     });
-    let slowest = found.iter().map(|(slowest, _)| *slowest).max();
-    println!("{inputs} hostile stores in {:.1?} on {threads} threads, slowest {slowest:?}", begin.elapsed());
+    let slowest = found.iter().map(|found| found.slowest).max();
+    let memory = found.iter().map(|found| found.memory).max().unwrap_or_default();
+    println!(
+        "{inputs} hostile stores in {:.1?} on {threads} threads, slowest {slowest:?}, at most {memory} MB",
+        begin.elapsed()
+    );
     if is_kept() {
         println!("kept: {}", corpus.sandbox.path().display());
         std::mem::forget(corpus);
     }
-    let wrong: Vec<u64> = found.into_iter().flat_map(|(_, wrong)| wrong).collect();
+    let wrong: Vec<u64> = found.into_iter().flat_map(|found| found.wrong).collect();
     assert!(wrong.is_empty(), "stores {wrong:?}; run one alone with MENISCUS_FUZZ_FROM and MENISCUS_FUZZ_INPUTS=1");
 }

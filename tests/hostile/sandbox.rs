@@ -103,35 +103,6 @@ impl Sandbox {
         conn.query_row("SELECT job_id FROM jobs ORDER BY key LIMIT 1", [], |row| row.get(0)).unwrap()
     }
 
-    /// Every command that takes a store, with arguments that make it do all it can. Those that write come last.
-    pub fn commands(&self) -> Vec<Vec<String>> {
-        let (job, out) = (self.a_job(), self.folder.path().join("out"));
-        let out = |name: &str| out.join(name).display().to_string();
-        let list = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
-        let dump = format!("store/dumps/{job}.ckpt");
-        vec![
-            list(&["status", "store"]),
-            list(&["status", "store", "--json"]),
-            list(&["query", "store", "select * from runs"]),
-            list(&["query", "store", "select count(*), max(t), min(shape) from samples", "--format", "csv"]),
-            list(&["query", "store", "select seed, max(t) from runs join samples using (job_id) group by 1"]),
-            list(&["query", "store", "select count(*) from outline join obstacles using (job_id)"]),
-            list(&["render", "store"]),
-            list(&["render", "store", &job, "-o", &out("clog.png")]),
-            list(&["render", "store", &job, "--path", "-o", &out("path.svg")]),
-            list(&["plan", "letter.toml", "--store", "store"]),
-            list(&["replay", &dump]),
-            list(&["forget", "store", "letter"]),
-            list(&["check", "store"]),
-            list(&["export", "store", &out("tables")]),
-            list(&["fit", "store"]),
-            list(&["run", "letter.toml", "--store", "store", "--threads", "2"]),
-            list(&["check", "store", "--repair"]),
-            list(&["run", "letter.toml", "--store", "store", "--threads", "2"]),
-            list(&["forget", "store", "letter", "--yes"]),
-        ]
-    }
-
     /// Runs a command, which must end by itself, in time, and leave what lies beside the store alone.
     pub fn run(&self, arguments: &[&str]) -> Output {
         std::fs::create_dir_all(self.folder.path().join("out")).unwrap();
@@ -152,7 +123,7 @@ impl Sandbox {
 
     /// Runs every command.
     pub fn run_all(&self) {
-        for command in self.commands() {
+        for command in commands(&self.a_job(), &self.folder.path().join("out")) {
             let _ = std::fs::remove_dir_all(self.folder.path().join("out"));
             self.run(&command.iter().map(String::as_str).collect::<Vec<_>>());
         }
@@ -162,6 +133,35 @@ impl Sandbox {
         let after = tree(&self.folder.path().join("victim"));
         assert!(after == self.before, "{who} touched what lies beside the store: {:?}", after.keys());
     }
+}
+
+/// Every command that takes a store, `store` in the current folder, with arguments that make it do all it can; pictures
+/// and tables go to `out`. Those that write come last.
+pub fn commands(job: &str, out: &Path) -> Vec<Vec<String>> {
+    let out = |name: &str| out.join(name).display().to_string();
+    let list = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
+    let dump = format!("store/dumps/{job}.ckpt");
+    vec![
+        list(&["status", "store"]),
+        list(&["status", "store", "--json"]),
+        list(&["query", "store", "select * from runs"]),
+        list(&["query", "store", "select count(*), max(t), min(shape) from samples", "--format", "csv"]),
+        list(&["query", "store", "select seed, max(t) from runs join samples using (job_id) group by 1"]),
+        list(&["query", "store", "select count(*) from outline join obstacles using (job_id)"]),
+        list(&["render", "store"]),
+        list(&["render", "store", job, "-o", &out("clog.png")]),
+        list(&["render", "store", job, "--path", "-o", &out("path.svg")]),
+        list(&["plan", "letter.toml", "--store", "store"]),
+        list(&["replay", &dump]),
+        list(&["forget", "store", "letter"]),
+        list(&["check", "store"]),
+        list(&["export", "store", &out("tables")]),
+        list(&["fit", "store"]),
+        list(&["run", "letter.toml", "--store", "store", "--threads", "2"]),
+        list(&["check", "store", "--repair"]),
+        list(&["run", "letter.toml", "--store", "store", "--threads", "2"]),
+        list(&["forget", "store", "letter", "--yes"]),
+    ]
 }
 
 /// All that a command said.

@@ -29,6 +29,7 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     assert_eq!(columns(dir.path(), "stale_runs"), runs);
     assert_eq!(columns(dir.path(), "clog_events"), "job_id,t,r,x,y,ek_ratio,shape,contacts,mechanism");
     assert_eq!(columns(dir.path(), "arrest_events"), "job_id,r,x,y,way_left,energy_left");
+    assert_eq!(columns(dir.path(), "pinch_events"), "job_id,t,r,x,y");
     let health = "job_id,energy_rise_max,area_error_max,overlap_max,ek_ratio_min,engulfed_t,refused,error_class";
     assert_eq!(columns(dir.path(), "stability"), health);
     assert_eq!(columns(dir.path(), "samples"), "job_id,t,r,h,y,v_g,ek_ratio,shape,area_error");

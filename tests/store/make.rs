@@ -68,6 +68,7 @@ pub fn trajectory(point: &Point, seed: u64, rows: usize) -> Trajectory {
             mechanism: is_ring.then_some(Mechanism::Wrap),
         }),
         arrest: None,
+        pinch: None,
         samples,
         outlines: vec![outline(0.0, seed, is_ring), outline(1000.0, seed, is_ring)],
     }

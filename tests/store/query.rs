@@ -352,7 +352,7 @@ fn an_error_names_the_place_and_the_tables_that_exist() {
     assert!(unknown.contains("no such table: run"), "{unknown}");
     assert!(
         unknown.contains(
-            "there are: samples, outline, obstacles, all_runs, arrest_events, clog_events, failures, lambda_fits, runs, shapes"
+            "there are: samples, outline, obstacles, all_runs, arrest_events, clog_events, failures, lambda_fits, pinch_events, runs, shapes"
         ),
         "{unknown}"
     );

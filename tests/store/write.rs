@@ -3,7 +3,7 @@
 use super::make::*;
 use meniscus::parameters::{JobId, JobState};
 use meniscus::results::fits::{LambdaFit, SpeedAverage};
-use meniscus::results::trajectory::{Arrest, FailureClass, Mechanism, Outcome, Trajectory};
+use meniscus::results::trajectory::{Arrest, FailureClass, Mechanism, Outcome, Pinch, Trajectory};
 use meniscus::store::{
     CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, check, job, job_states,
     outlines, point_runs, repair, save_fits, status,
@@ -315,6 +315,35 @@ fn a_shape_with_a_coordinate_that_is_no_number_makes_a_failed_run_that_keeps_the
     writer.finish().unwrap();
     assert_eq!(csv(dir.path(), "SELECT state, error_class FROM runs"), ["failed,unstable"]);
     assert_eq!(outlines(dir.path(), job).unwrap(), [outline(0.0, 0, true)]);
+}
+
+#[test]
+fn a_closed_film_is_kept_read_back_and_checked() {
+    let dir = tempfile::tempdir().unwrap();
+    let point = ring(1.0);
+    let mut store = Store::open(dir.path()).unwrap();
+    register(&mut store, std::slice::from_ref(&point), 1);
+    let run = Trajectory {
+        outcome: Outcome::Pinched,
+        clog: None,
+        pinch: Some(Pinch { x: 251.5, y: 249.25 }),
+        ..trajectory(&point, 0, 3)
+    };
+    let writer = Writer::spawn(store, options(1)).unwrap();
+    let job = JobId::new(point.id(), 0);
+    writer.sender().send(Message::Finished { job, result: Ok(run), wall_s: 1.0 }).unwrap();
+    drop(writer.finish().unwrap());
+    let kept = "SELECT r = r_end, t = t_end, x, y, outcome FROM pinch_events JOIN runs USING (job_id)";
+    assert_eq!(csv(dir.path(), kept), ["1,1,251.5,249.25,pinched"]);
+    assert_eq!(check(dir.path()).unwrap().findings, []);
+    let conn = rusqlite::Connection::open(dir.path().join("store.db")).unwrap();
+    conn.execute("UPDATE outcomes SET outcome = 'distance'", []).unwrap();
+    drop(conn);
+    std::fs::remove_file(dir.path().join("store.db.seal")).unwrap();
+    let found = check(dir.path()).unwrap().findings;
+    assert!(found.iter().any(|finding| finding.problem.contains("closed film contradict")), "{found:?}");
+    repair(dir.path()).unwrap();
+    assert_eq!(csv(dir.path(), "SELECT count(*) FROM pinch_events"), ["0"]);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::physics::simulate::snapshot::{Course, EndState, Keeper, Snapshot};
 use crate::physics::simulate::{
     RunEnded, judge::Judge, mechanism, record::Extremes, record::Recorder, timetable::Timetable,
 };
-use crate::results::trajectory::{Arrest, Clog, Failure, Outcome, Trajectory};
+use crate::results::trajectory::{Arrest, Clog, Failure, Outcome, Pinch, Trajectory};
 use std::sync::atomic::AtomicBool;
 
 pub(super) fn begin(motion: &mut dyn Motion, point: &Point) -> Course {
@@ -49,7 +49,8 @@ pub(super) fn drive(
         (course.step, course.checks) = (next, course.checks + 1);
         let (t, seen) = (next as f64 * dt, motion.observe());
         let outline = judge.sound(motion, &mut course, &seen, t)?;
-        let outcome = match motion.pinched() {
+        let pinch = motion.pinched().map(|[x, y]| Pinch { x, y });
+        let outcome = match pinch {
             Some(_) => Some(Outcome::Pinched),
             None => judge.outcome(&mut course, &seen, next == timetable.end),
         };
@@ -67,7 +68,7 @@ pub(super) fn drive(
         if keeper.wants_end() {
             keeper.keep_end(EndState::of(&course, mark, outline, here));
         }
-        return Ok(RunEnded::Finished(Box::new(finish(course, (outcome, arrest), t, &seen, refused))));
+        return Ok(RunEnded::Finished(Box::new(finish(course, End { outcome, arrest, pinch }, t, &seen, refused))));
     }
 }
 
@@ -86,13 +87,15 @@ fn record(course: &mut Course, timetable: Timetable, seen: &Observation, t: f64,
     }
 }
 
-fn finish(
-    course: Course,
-    (outcome, arrest): (Outcome, Option<Arrest>),
-    t: f64,
-    seen: &Observation,
-    refused: u64,
-) -> Trajectory {
+/// How a trajectory ended, and where that was if it is not the droplet's place.
+struct End {
+    outcome: Outcome,
+    arrest: Option<Arrest>,
+    pinch: Option<Pinch>,
+}
+
+fn finish(course: Course, end: End, t: f64, seen: &Observation, refused: u64) -> Trajectory {
+    let End { outcome, arrest, pinch } = end;
     let Course { step, outline, recorder, .. } = course;
     let (r, ek_ratio) = (recorder.displacement(seen), recorder.ek_ratio(seen));
     let Observation { x, y, shape, contacts, .. } = *seen;
@@ -116,6 +119,7 @@ fn finish(
         refused,
         clog: (outcome == Outcome::Clogged).then(clog),
         arrest,
+        pinch,
         samples: recorder.samples,
         outlines: recorder.outlines,
     }

@@ -37,7 +37,7 @@ const JOBS: Rule = rule(
 );
 
 /// Each gives jobs that are to be computed again.
-const ENDS: [Rule; 7] = [
+const ENDS: [Rule; 8] = [
     rule(
         "jobs that are done, without a result",
         "SELECT jobs.key FROM jobs LEFT JOIN outcomes ON outcomes.job = jobs.key
@@ -63,6 +63,11 @@ const ENDS: [Rule; 7] = [
         "jobs whose result and arrest contradict each other",
         "SELECT jobs.key FROM jobs JOIN {arrests} AS arrests ON arrests.job = jobs.key
          LEFT JOIN outcomes ON outcomes.job = jobs.key WHERE outcome IS NOT 'time_limit'",
+    ),
+    rule(
+        "jobs whose result and closed film contradict each other",
+        "SELECT jobs.key FROM jobs JOIN {pinches} AS pinches ON pinches.job = jobs.key
+         LEFT JOIN outcomes ON outcomes.job = jobs.key WHERE outcome IS NOT 'pinched'",
     ),
     rule(
         "jobs that failed, with samples",
@@ -163,7 +168,7 @@ fn settle(conn: &Connection, table: &str, missing: &str, row: i64) -> rusqlite::
 
 /// Removes all that is stored of a job's end, so that it is computed again.
 pub(super) fn compute_again(conn: &Connection, job: i64) -> rusqlite::Result<()> {
-    let ends = ["outcomes", "clogs", "arrests", "end_states", "shape_rows", "sample_index"]
+    let ends = ["outcomes", "clogs", "arrests", "pinches", "end_states", "shape_rows", "sample_index"]
         .map(|table| format!("DELETE FROM {table} WHERE job = ?1"));
     for sql in ends.iter().map(String::as_str).chain(["UPDATE jobs SET state = 'pending' WHERE key = ?1"]) {
         conn.prepare_cached(sql)?.execute([job])?;
@@ -175,9 +180,11 @@ fn keys(conn: &Connection, rule: &Rule) -> rusqlite::Result<Vec<i64>> {
     let version: i64 = conn.pragma_query_value(None, "user_version", |row| row.get(0))?;
     let is_latest = usize::try_from(version) == Ok(schema::LATEST);
     let parameters = if is_latest { format!(", {}", points::names()) } else { String::new() };
-    // Earlier schemas have no table of arrests.
-    let arrests = if is_latest { "arrests" } else { "(SELECT NULL AS job WHERE 0)" };
-    let sql = rule.find.replace("{parameters}", &parameters).replace("{arrests}", arrests);
+    // Earlier schemas have no tables of arrests and of pinches.
+    let [arrests, pinches] =
+        ["arrests", "pinches"].map(|name| if is_latest { name } else { "(SELECT NULL AS job WHERE 0)" });
+    let sql =
+        rule.find.replace("{parameters}", &parameters).replace("{arrests}", arrests).replace("{pinches}", pinches);
     conn.prepare(&sql)?.query_map([], |row| row.get(0))?.collect()
 }
 

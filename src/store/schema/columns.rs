@@ -78,6 +78,11 @@ const COLUMNS: &[Row] = &[
     ("arrest_events", "way_left", Number, "sigma", "way of the centroid to it when the time ran out"),
     ("arrest_events", "energy_left", Number, "M g sigma", "energy that was left to lose then"),
 
+    ("pinch_events", "t", Number, "t0", "when the film closed, to the grid of times at which the droplet is looked at"),
+    ("pinch_events", "r", Number, "sigma", "displacement of the centroid along x"),
+    ("pinch_events", "x", Number, "sigma", "x of the film, unwrapped"),
+    ("pinch_events", "y", Number, "sigma", "y of the film, unwrapped"),
+
     ("samples", "t", Number, "t0", "time"),
     ("samples", "r", Number, "sigma", "displacement of the centroid along x since gravity came on"),
     ("samples", "h", Number, "sigma", "x of the centroid, unwrapped"),

@@ -35,6 +35,7 @@ const MIGRATIONS: &[&str] = &[
     include_str!("../../../migrations/0006_dynamics.sql"),
     include_str!("../../../migrations/0007_arrests.sql"),
     include_str!("../../../migrations/0008_end_states.sql"),
+    include_str!("../../../migrations/0009_pinches.sql"),
 ];
 
 /// The blake3 of the declarations that all of them make. With it, a database is compared in a fraction of the time that

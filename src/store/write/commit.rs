@@ -5,7 +5,7 @@
 //! harmless: only jobs that are `pending` or `running` take an outcome, so each outcome counts exactly once.
 
 use crate::parameters::JobId;
-use crate::results::trajectory::{Arrest, Clog, Failure, Samples, Trajectory};
+use crate::results::trajectory::{Arrest, Clog, Failure, Pinch, Samples, Trajectory};
 use crate::store::disk;
 use crate::store::end_state::{EndState, sealed};
 use crate::store::error::StoreError;
@@ -119,7 +119,8 @@ fn save_outcome(conn: &Connection, outcome: &NewOutcome<'_>, run: Option<i64>, d
             save_trajectory(conn, *key, run_result, *wall_s, *at, run)?;
             save_outlines(conn, *key, &run_result.outlines)?;
             run_result.clog.iter().try_for_each(|clog| save_clog(conn, *key, clog))?;
-            run_result.arrest.iter().try_for_each(|arrest| save_arrest(conn, *key, arrest))
+            run_result.arrest.iter().try_for_each(|arrest| save_arrest(conn, *key, arrest))?;
+            run_result.pinch.iter().try_for_each(|pinch| save_pinch(conn, *key, pinch))
         }
         Err(failure) => {
             set_state.execute((key, "failed"))?;
@@ -185,6 +186,12 @@ fn save_arrest(conn: &Connection, key: i64, arrest: &Arrest) -> rusqlite::Result
     let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO arrests VALUES (?1, ?2, ?3, ?4, ?5, ?6)")?;
     let Arrest { r, x, y, way_left, energy_left } = arrest;
     insert.execute(params![key, r, x, y, way_left, energy_left]).map(drop)
+}
+
+fn save_pinch(conn: &Connection, key: i64, pinch: &Pinch) -> rusqlite::Result<()> {
+    let mut insert = conn.prepare_cached("INSERT OR REPLACE INTO pinches VALUES (?1, ?2, ?3)")?;
+    let Pinch { x, y } = pinch;
+    insert.execute(params![key, x, y]).map(drop)
 }
 
 fn save_end(conn: &Connection, job: JobId, end: &EndState) -> rusqlite::Result<()> {
