@@ -103,6 +103,11 @@ impl Sandbox {
         conn.query_row("SELECT job_id FROM jobs ORDER BY key LIMIT 1", [], |row| row.get(0)).unwrap()
     }
 
+    /// Every command on this store.
+    pub fn commands(&self) -> Vec<Vec<String>> {
+        commands(&self.a_job(), &self.folder.path().join("out"))
+    }
+
     /// Runs a command, which must end by itself, in time, and leave what lies beside the store alone.
     pub fn run(&self, arguments: &[&str]) -> Output {
         std::fs::create_dir_all(self.folder.path().join("out")).unwrap();
@@ -123,7 +128,7 @@ impl Sandbox {
 
     /// Runs every command.
     pub fn run_all(&self) {
-        for command in commands(&self.a_job(), &self.folder.path().join("out")) {
+        for command in self.commands() {
             let _ = std::fs::remove_dir_all(self.folder.path().join("out"));
             self.run(&command.iter().map(String::as_str).collect::<Vec<_>>());
         }
