@@ -3,6 +3,7 @@
 #[path = "common/single.rs"]
 mod single;
 
+use meniscus::campaign::file::Campaign;
 use meniscus::parameters::Integrator;
 use meniscus::results::trajectory::{FailureClass, Outcome};
 use single::{job, run};
@@ -12,7 +13,7 @@ const ARRAY: &str =
 
 #[test]
 fn both_integrators_take_a_droplet_through_the_channel_alike() {
-    for physics in ["", "b0 = 0.1", "gravity = \"centroid\""] {
+    for physics in ["", "b0 = 0.1"] {
         let passage = |integrator: &str, dt: f64| {
             let keys = "sample_every = 1.0\nscene = \"channel\"\nw = 0.9\ngamma = 0.5\nh_start = -1.0\nn_vertices = 128\nv_t = 0.08";
             let passage = run(&format!("{keys}\nintegrator = \"{integrator}\"\ndt = {dt}\n{physics}"), 0).unwrap();
@@ -29,6 +30,67 @@ fn both_integrators_take_a_droplet_through_the_channel_alike() {
             assert!((h - verlet.samples.h[i]).abs() < 5e-3, "{physics}: {h} at t = {}", implicit.samples.t[i]);
         }
     }
+}
+
+const FREE: &str =
+    "model = \"DP\"\nscene = \"channel\"\nw = 90.0\nh_start = -900.0\nn_vertices = 32\nlimits.t_max = 100.0\n";
+
+/// Words that a campaign can put together, each with those of the others.
+const CHOICES: [&[&str]; 6] = [
+    &[
+        "dynamics = \"vertex\"",
+        "dynamics = \"vertex\"\nkappa = 0.0",
+        "dynamics = \"vertex\"\nkappa = 0.3183",
+        "dynamics = \"darcy\"",
+    ],
+    &["", "integrator = \"verlet\"", "integrator = \"implicit\""],
+    &["", "gravity = \"vertex\"", "gravity = \"centroid\""],
+    &["", "contact = \"vertex\"\nwall = \"per_vertex\"\ne_w = 1e4"],
+    &["", "self_contact = \"off\""],
+    &["", "b0 = 0.4"],
+];
+
+#[test]
+fn every_droplet_that_a_campaign_can_name_falls_freely_as_a_circle_at_its_terminal_speed() {
+    let combinations: usize = CHOICES.iter().map(|words| words.len()).product();
+    let mut fallen = 0;
+    for number in 0..combinations {
+        let mut rest = number;
+        let chosen = CHOICES.map(|words| {
+            let word = words[rest % words.len()];
+            rest /= words.len();
+            word
+        });
+        for gamma in [0.01, 0.3, 10.0] {
+            let keys = format!("{FREE}gamma = {gamma}\n{}", chosen.join("\n"));
+            let is_sound =
+                Campaign::parse("falls.toml", &format!("name = \"falls\"\nruns_per_point = 1\n{keys}")).is_ok();
+            if !is_sound {
+                continue;
+            }
+            let fall = run(&keys, 0).unwrap();
+            let (shape, v_g) = (fall.shape_max.unwrap(), fall.samples.v_g.last().unwrap());
+            // An inscribed polygon of 32 edges has 1.0032.
+            assert!(shape < 1.0034, "{keys}: shape {shape}");
+            assert!((v_g - 1.0).abs() < 2e-3, "{keys}: {v_g} V_t");
+            fallen += 1;
+        }
+    }
+    assert!(fallen > 100, "{fallen} combinations are not refused");
+}
+
+#[test]
+fn a_tip_that_pierces_the_ring_is_found() {
+    let through = |contact: &str, engulfed: &str| {
+        let keys = "scene = \"channel\"\nw = 0.7\ngamma = 1.85\nh_start = -1.2\nlimits.t_max = 300.0";
+        run(&format!("{keys}\ncontact = \"{contact}\"\nengulfed = \"{engulfed}\""), 0)
+    };
+    let pierced = through("vertex", "fail").unwrap_err();
+    assert_eq!(pierced.class, FailureClass::Engulfed);
+    assert!(pierced.reason.contains("(0.000, "), "it names the tip: {}", pierced.reason);
+    let goes_on = through("vertex", "record").unwrap();
+    assert!(goes_on.engulfed_t.is_some());
+    assert_eq!(through("edge", "fail").unwrap().engulfed_t, None, "edges are impenetrable");
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn cases() -> Vec<(&'static str, Job)> {
     vec![
         ("wrapped", dense("integrator = \"verlet\"\ngamma = 0.3\nn_vertices = 64\nshapes_every = 20.0\nlimits.t_max = 120.0")),
         ("piled up", dense("gamma = 0.05\nkappa = 1e-3\nn_vertices = 64\ne_w = 1e5\nlimits.t_max = 60.0")),
-        ("hydrostatic", dense("gamma = 0.2\nkappa = 0.3\nn_vertices = 48\ngravity = \"centroid\"\nlimits.t_max = 60.0")),
+        ("hydrostatic", job("scene = \"plate\"\ngamma = 0.2\nkappa = 0.3\nn_vertices = 48\ngravity = \"centroid\"\nlimits.t_max = 60.0", 0).0),
         ("near walls", dense("integrator = \"verlet\"\ngamma = 0.3\nn_vertices = 48\nb0 = 0.4\nlimits.t_max = 60.0")),
         ("refused steps", in_steps(dense("gamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0"), 2.5e-2)),
         ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 90.0")),

@@ -152,7 +152,7 @@ fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft
         }
     }
     sound &= chosen_once(&draft, view, problems) & one_form(view, problems) & until_is_whole(view, problems);
-    sound &= fits_dynamics(view, problems);
+    sound &= fits_dynamics(view, problems) & falls(view, problems);
     // The tree of the file keeps its keys sorted by name.
     axes.sort_by_key(|axis| axis.start);
     sound.then_some((draft, axes))
@@ -268,6 +268,19 @@ fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {
     let grid = if key.is_axis() { ", or an axis of the grid" } else { "" };
     let help = format!("{} must be {}{grid}", key.described(), key.domain.allowed());
     problems.note(&span, reason).key(key.name).help(help);
+}
+
+/// A ring of springs under hydrostatic pressure does not fall as it should: pressure has no part along the outline, so
+/// nothing holds its vertices against the drag, which sweeps them upstream. On a plate nothing moves in the end.
+fn falls(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+    let given = view.get("gravity").filter(|_| view.word("gravity") == Some("centroid"));
+    let is_ring = view.word("model") == Some("DP") && view.word("dynamics") == Some("vertex");
+    let (Some(given), true, true) = (given, is_ring, view.word("scene") != Some("plate")) else { return true };
+    problems
+        .note(&given.span, "the drag on a ring of springs that falls under it sweeps the vertices upstream")
+        .key(&given.path)
+        .help("write dynamics = \"darcy\", which is hydrostatic by itself, or gravity = \"vertex\"");
+    false
 }
 
 /// Whether a number lies in the range that holds for the model of this block; only `e_w` has one for each model.
