@@ -14,6 +14,7 @@ use super::parquet_files::{Odd, odd_file};
 use super::sandbox::{CAMPAIGN, Sandbox, commands, link, pipe};
 use super::worker::Worker;
 use rusqlite::Connection;
+use rusqlite::config::DbConfig;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -201,6 +202,8 @@ impl Place<'_> {
         if path.symlink_metadata().is_ok_and(|entry| entry.is_file())
             && let Ok(conn) = Connection::open(path)
         {
+            // What was planted before may be an endless trigger.
+            let _ = conn.set_db_config(DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false);
             let _ = conn.execute_batch("PRAGMA foreign_keys = off; PRAGMA ignore_check_constraints = on");
             let _ = conn.execute_batch(sql);
         }
