@@ -193,14 +193,20 @@ impl Place<'_> {
         }
     }
 
+    /// Whether SQLite, which opens anything, opens this database without waiting for a pipe that was put there before.
+    fn can_be_opened(&self) -> bool {
+        let is_file = |name: &str| self.store().join(name).symlink_metadata().map(|entry| entry.is_file());
+        matches!(is_file("store.db"), Ok(true))
+            && ["store.db-wal", "store.db-shm", "store.db-journal"].iter().all(|name| is_file(name).unwrap_or(true))
+    }
+
     /// Runs SQL as somebody else's program would; what the database refuses is not done.
     fn sql(&self, sql: &str) {
         if is_kept() {
             println!("{sql}");
         }
-        let path = self.store().join("store.db");
-        if path.symlink_metadata().is_ok_and(|entry| entry.is_file())
-            && let Ok(conn) = Connection::open(path)
+        if self.can_be_opened()
+            && let Ok(conn) = Connection::open(self.store().join("store.db"))
         {
             // What was planted before may be an endless trigger.
             let _ = conn.set_db_config(DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false);
@@ -219,8 +225,7 @@ impl Place<'_> {
             )?;
             statement.query_map([], |row| Ok((row.get(0)?, row.get(1)?)))?.collect()
         };
-        let is_file = path.symlink_metadata().is_ok_and(|entry| entry.is_file());
-        let columns = if is_file { columns().unwrap_or_default() } else { Vec::new() };
+        let columns = if self.can_be_opened() { columns().unwrap_or_default() } else { Vec::new() };
         if !columns.is_empty() {
             let (table, column) = &columns[random.below(columns.len())];
             let value = VALUES[random.below(VALUES.len())];
