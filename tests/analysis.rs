@@ -155,7 +155,7 @@ fn lengths_in_another_unit_give_the_same_fit_in_that_unit() {
         let mut other = one.clone();
         other.runs.iter_mut().for_each(|run| run.r_end *= unit);
         other.point.limits.distance = Some(60.0 * unit);
-        let (mut expected, found) = (numbers(&lambda_fit(&one)), numbers(&lambda_fit(&other)));
+        let (mut expected, found) = (numbers(&lambda_fit(&one, 0.0)), numbers(&lambda_fit(&other, 0.0)));
         expected[..4].iter_mut().flatten().for_each(|length| *length *= unit);
         for (a, b) in expected.iter().zip(found) {
             assert!((a.unwrap() / b.unwrap() - 1.0).abs() < 1e-6, "{expected:?} {found:?}");
@@ -170,10 +170,10 @@ fn the_order_of_the_runs_and_the_threads_change_no_bit() {
     other.runs.reverse();
     other.runs.swap(3, 17);
     let points = [one, other];
-    let fits = fit_all(&points);
+    let fits = fit_all(&points, 0.0);
     assert_eq!(fits[0].lambda, fits[1].lambda);
     assert_eq!(fits[0].speed, fits[1].speed);
-    assert_eq!((fits[0].lambda, fits[0].speed), (lambda_fit(&points[0]), speed_average(&points[0])));
+    assert_eq!((fits[0].lambda, fits[0].speed), (lambda_fit(&points[0], 0.0), speed_average(&points[0])));
 }
 
 #[test]
@@ -250,18 +250,18 @@ fn an_arrested_run_counts_as_a_clog_at_its_equilibrium_and_does_not_flow() {
             run(Outcome::TimeLimit, 12.0, None),
         ],
     );
-    let fit = lambda_fit(&point);
+    let fit = lambda_fit(&point, 0.0);
     assert_eq!((fit.runs, fit.clogs, fit.arrested, fit.lambda), (3, 2, 1, Some(12.0)));
     assert_eq!(speed_average(&point).flowing, 1);
-    let tables = decay_lengths(&fit_all(std::slice::from_ref(&point)));
+    let tables = decay_lengths(&fit_all(std::slice::from_ref(&point), 0.0));
     assert!(tables.contains("clogs   arrested"), "{tables}");
     let without = point_runs(ring(0.5), point.runs[..1].to_vec());
-    assert!(!decay_lengths(&fit_all(&[without])).contains("arrested"));
+    assert!(!decay_lengths(&fit_all(&[without], 0.0)).contains("arrested"));
 }
 
 #[test]
 fn a_point_without_runs_has_a_fit_without_answers() {
-    let fit = lambda_fit(&point_runs(ring(1.0), vec![]));
+    let fit = lambda_fit(&point_runs(ring(1.0), vec![]), 0.0);
     assert_eq!((fit.runs, fit.clogs, fit.runs_for_ten_percent), (0, 0, None));
     assert_eq!(numbers(&fit), [None; 5]);
 }
@@ -280,7 +280,7 @@ fn tables_show_what_varies_and_name_what_does_not() {
     };
     points.push(point_runs(ring(10.0), (0..12).map(constant).collect()));
     points.push(point_runs(Model::Soft(Soft { e_w: 10.0 }), vec![]));
-    let fits = fit_all(&points);
+    let fits = fit_all(&points, 0.0);
     let text = decay_lengths(&fits);
     println!("{text}\n{}", mean_speeds(&fits));
     let row = |gamma: &str| text.lines().find(|line| line.trim_start().starts_with(gamma)).unwrap().to_owned();
@@ -314,7 +314,7 @@ fn clogs_at(gamma: f64, clogs: &[f64], flowing: usize) -> PointRuns {
 #[test]
 fn a_lambda_from_one_or_two_clogs_bears_a_mark_that_says_how_little_it_is_worth() {
     let points = [clogs_at(1.0, &[0.5], 2), clogs_at(2.0, &[0.5, 1.0], 2), clogs_at(3.0, &[0.5, 20.0, 31.0], 2)];
-    let text = decay_lengths(&fit_all(&points));
+    let text = decay_lengths(&fit_all(&points, 0.0));
     let marked: Vec<_> = text.lines().map(|line| line.contains("† ")).collect();
     let row = |gamma: &str| text.lines().position(|line| line.trim_start().starts_with(gamma)).unwrap();
     assert_eq!(["1 ", "2 ", "3 "].map(|gamma| marked[row(gamma)]), [true, true, false], "{text}");
@@ -331,16 +331,16 @@ fn a_lambda_from_one_or_two_clogs_bears_a_mark_that_says_how_little_it_is_worth(
     };
     let near = |[low, high]: [f64; 2], [a, b]: [f64; 2]| (low / a - 1.0).abs() < 0.03 && (high / b - 1.0).abs() < 0.03;
     assert!(near(interval(1), [0.23, 18.0]) && near(interval(2), [0.32, 6.0]));
-    assert!(!decay_lengths(&fit_all(&points[2..])).contains('†'), "no mark, no sentence about it");
+    assert!(!decay_lengths(&fit_all(&points[2..], 0.0)).contains('†'), "no mark, no sentence about it");
 }
 
 #[test]
 fn estimates_ten_times_apart_are_marked_however_many_clogs_there_are_and_keep_their_digits() {
     let points = [clogs_at(1.0, &[0.1, 0.11, 0.12, 0.13], 1)];
-    let fit = lambda_fit(&points[0]);
+    let fit = lambda_fit(&points[0], 0.0);
     let (lambda, least_squares) = (fit.lambda.unwrap(), fit.lambda_least_squares.unwrap());
     assert!(lambda > 10.0 * least_squares, "{lambda} {least_squares}");
-    let text = decay_lengths(&fit_all(&points));
+    let text = decay_lengths(&fit_all(&points, 0.0));
     let row = text.lines().find(|line| line.contains('†')).unwrap();
     assert!(row.contains(&format!("{least_squares:.2}")), "{least_squares}: {row}");
 }
@@ -359,7 +359,7 @@ fn the_words_of_the_tables_are_explained_where_they_first_stand() {
     }
     wide.point_id = wide.point.id();
     let points = [synthetic(1.0, 20.0, 12), wide];
-    let fits = fit_all(&points);
+    let fits = fit_all(&points, 0.0);
     let tables = [decay_lengths(&fits), mean_speeds(&fits)];
     for text in &tables {
         assert!(text.contains("\nw_ob       smallest gap between two obstacles, in sigma\n"), "{text}");

@@ -43,8 +43,8 @@ const CHOICES: [&[&str]; 6] = [
         "dynamics = \"vertex\"\nkappa = 0.3183",
         "dynamics = \"darcy\"",
     ],
-    &["", "integrator = \"verlet\"", "integrator = \"implicit\""],
-    &["", "gravity = \"vertex\"", "gravity = \"centroid\""],
+    &["integrator = \"verlet\"", "integrator = \"implicit\"", "integrator = \"adaptive\""],
+    &["gravity = \"vertex\"", "gravity = \"centroid\""],
     &["", "contact = \"vertex\"\nwall = \"per_vertex\"\ne_w = 1e4"],
     &["", "self_contact = \"off\""],
     &["", "b0 = 0.4"],
@@ -61,7 +61,7 @@ fn every_droplet_that_a_campaign_can_name_falls_freely_as_a_circle_at_its_termin
             rest /= words.len();
             word
         });
-        for gamma in [0.01, 0.3, 10.0] {
+        for gamma in [0.01, 10.0] {
             let keys = format!("{FREE}gamma = {gamma}\n{}", chosen.join("\n"));
             let is_sound =
                 Campaign::parse("falls.toml", &format!("name = \"falls\"\nruns_per_point = 1\n{keys}")).is_ok();
@@ -76,7 +76,7 @@ fn every_droplet_that_a_campaign_can_name_falls_freely_as_a_circle_at_its_termin
             fallen += 1;
         }
     }
-    assert!(fallen > 100, "{fallen} combinations are not refused");
+    assert_eq!(fallen, 2 * (3 * 2 * 2 * 2 * 2 + 2 * 2), "so many combinations are not refused");
 }
 
 #[test]

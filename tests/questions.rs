@@ -232,7 +232,7 @@ fn fit_answers_while_another_process_writes_and_says_that_it_keeps_nothing() {
     let kept = || ask(dir, "quick.meniscus", "select count(*) from lambda_fits");
     let tables = expect(0, dir, &["fit"]).stdout;
     let mut store = Store::open(&dir.join("quick.meniscus")).unwrap();
-    meniscus::store::save_fits(&mut store, &[], &[]).unwrap();
+    meniscus::store::save_fits(&mut store, &[]).unwrap();
     let output = expect(0, dir, &["fit"]);
     assert_eq!(text(&output.stdout), text(&tables));
     let said = text(&output.stderr);

@@ -5,6 +5,7 @@ use crate::cli::output::deliver;
 use crate::cli::talk::say;
 use crate::cli::{CommandResult, store_here};
 use crate::parameters::PointId;
+use crate::report::comparison::monotony;
 use crate::report::tables::{decay_lengths, further_runs, mean_speeds};
 use crate::store::{Format, Store, StoreError, open_reading, point_runs, save_fits, write_fits};
 use crate::study::fits::{FittedPoint, fit_all};
@@ -21,6 +22,17 @@ pub(super) struct Arguments {
     /// How to write the fits: table, or a row for each point as csv, json or parquet
     #[arg(long, default_value = "table")]
     format: Format,
+    /// Leave out of decay lengths what lies before this displacement, in sigma, where droplets still feel the gap in which
+    /// they start
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = displacement)]
+    from: f64,
+}
+
+/// A displacement, at least zero.
+pub(super) fn displacement(text: &str) -> Result<f64, String> {
+    let number = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    let is_sound = (0.0..=1e6).contains(&number);
+    is_sound.then_some(number).ok_or_else(|| "it must be from 0 to 1e6".to_owned())
 }
 
 impl Arguments {
@@ -30,6 +42,7 @@ impl Arguments {
         fit(
             &dir,
             quiet,
+            self.from,
             |_| true,
             |fits| {
                 deliver(self.format, None, |out: &mut dyn Write| match self.format {
@@ -49,6 +62,7 @@ pub(super) type Asked = HashMap<PointId, Range<u64>>;
 pub(super) fn fit(
     dir: &Path,
     quiet: bool,
+    from: f64,
     wanted: impl Fn(PointId) -> bool,
     show: impl FnOnce(&[FittedPoint<'_>]) -> CommandResult,
 ) -> CommandResult {
@@ -61,11 +75,9 @@ pub(super) fn fit(
         Some(store) => point_runs(store.connection())?,
         None => point_runs(&open_reading(dir)?.ok_or_else(|| StoreError::Missing(dir.to_owned()))?)?,
     };
-    let mut fits = fit_all(&points);
+    let mut fits = fit_all(&points, from);
     if let Some(store) = &mut store {
-        let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
-        let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
-        match save_fits(store, &lambdas, &speeds) {
+        match save_fits(store, &fits) {
             Err(error) if error.forbids_writing_alone() => unsaved = Some(error),
             saved => saved?,
         }
@@ -88,8 +100,8 @@ pub(super) fn fit(
 /// Both tables, and where they use more runs than a campaign asks for; nothing where there is nothing.
 pub(super) fn tables(fits: &[FittedPoint<'_>], asked: Option<&Asked>) -> String {
     let further = asked.map(|asked| further_runs(fits, asked)).unwrap_or_default();
-    match fits {
-        [] => String::new(),
-        fits => format!("{}\n{}{further}", decay_lengths(fits), mean_speeds(fits)),
-    }
+    let [first, ..] = fits else { return String::new() };
+    let points: Vec<_> = fits.iter().map(|fit| fit.point.clone()).collect();
+    let monotony = monotony(&points, first.lambda.r_from);
+    format!("{}{monotony}\n{}{further}", decay_lengths(fits), mean_speeds(fits))
 }

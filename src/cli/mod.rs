@@ -4,6 +4,7 @@
 mod accuracy;
 mod calibrate;
 mod check;
+mod compare;
 mod deadline;
 mod effort;
 mod export;
@@ -73,6 +74,8 @@ enum Command {
     Export(export::Arguments),
     /// Fit decay lengths and mean speeds to all finished runs
     Fit(fit::Arguments),
+    /// Compare points of a grid seed by seed: ratios of decay lengths and of mean speeds
+    Compare(compare::Arguments),
     /// Draw a droplet among its obstacles: SVG, PNG, or GIF
     Render(render::Arguments),
     /// Check a store: checksums, counts, rows, orphans; with --repair put it right
@@ -137,6 +140,7 @@ impl Cli {
             Command::Query(arguments) => arguments.run(self.quiet),
             Command::Export(arguments) => arguments.run(),
             Command::Fit(arguments) => arguments.run(self.quiet),
+            Command::Compare(arguments) => arguments.run(),
             Command::Render(arguments) => arguments.run(self.quiet),
             Command::Check(arguments) => arguments.run(self.quiet),
             Command::Forget(arguments) => arguments.run(self.quiet),

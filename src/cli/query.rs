@@ -23,6 +23,7 @@ Views and tables, one row for each:
   obstacles       obstacle near the path of a job: x, y, radius
   lambda_fits     grid point: the decay length, with its interval, as `fit` last computed it
   speed_averages  grid point: the mean speed, likewise
+  survival        step of the survival curve of a grid point: r, at_risk, clogs, survival and its band, likewise
   stability       job: rise of energy, area error, overlap
   failures        failed job: class, reason, step, dump
   stale_runs      job of another physics version, with the columns of runs

@@ -39,7 +39,8 @@ impl Arguments {
         let campaign = Campaign::load(&self.campaign)?;
         let dir = self.effort.store(&campaign.name);
         let asked = asked(&campaign);
-        let tables = || fit::fit(&dir, quiet, |id| asked.contains_key(&id), |fits| print_tables(fits, &asked));
+        let from = campaign.fit_from;
+        let tables = || fit::fit(&dir, quiet, from, |id| asked.contains_key(&id), |fits| print_tables(fits, &asked));
         let mut display = Display::new(&dir, quiet, self.effort.remark());
         let (done, failed) = match execute::run(&campaign, &dir, &options, |event| display.show(event))? {
             RunReport::Complete { done, failed } => (done, failed),

@@ -22,6 +22,7 @@ mod axes;
 pub(crate) mod calibration;
 pub(crate) mod caption;
 mod colours;
+pub(crate) mod comparison;
 pub(crate) mod droplet;
 pub(crate) mod error_plot;
 mod forces;

@@ -19,24 +19,86 @@ const DOUBTFUL: f64 = 0.05;
 /// Width to which titles and footnotes are broken, unless the terminal is narrower.
 const WIDTH: usize = 100;
 
-const LAMBDA_NOTE: &str = "\
+/// A column of the tables of decay lengths.
+#[derive(Clone, Copy)]
+struct Column {
+    header: &'static str,
+    cell: fn(&FittedPoint<'_>) -> String,
+    /// What it means, in whole lines.
+    note: &'static str,
+}
+
+const COLUMNS: [Column; 8] = [
+    Column { header: "runs", cell: |row| row.lambda.runs.to_string(), note: "" },
+    Column { header: "clogs", cell: |row| row.lambda.clogs.to_string(), note: "" },
+    Column {
+        header: "lambda [95%]",
+        cell: |row| lambda_cell(&row.lambda),
+        note: "\
 lambda     decay length of the survival probability P(r) = exp(-r/lambda), in sigma, by maximum
            likelihood; a run that did not clog counts as cut off at its r
 [a, b]     95% profile-likelihood interval: of many such intervals 95% hold the true lambda
 > a        nothing clogged; were lambda smaller, the chance of that would be below 5%
-least sq.  the paper's estimate, exp(-r/lambda) fitted to P(r)
-p_exp      chance of clogs as unevenly spread as these, were P(r) exponential; from 5 clogs on
-w/s/h      how the clogs hold: wrap, squeeze, hybrid, in percent
-for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs
-";
+",
+    },
+    Column {
+        header: "least sq.",
+        cell: |row| least_squares_cell(&row.lambda),
+        note: "least sq.  the paper's estimate, exp(-r/lambda) fitted to P(r)\n",
+    },
+    Column {
+        header: "p_exp",
+        cell: |row| or_nothing(row.lambda.p_exponential.map(p_text)),
+        note: "p_exp      chance of clogs as unevenly spread as these, were P(r) exponential; from 5 clogs on\n",
+    },
+    Column {
+        header: "k [95%]",
+        cell: |row| or_nothing(shape_text(&row.lambda)),
+        note: "\
+k          where its 95% interval leaves out 1, P(r) = exp(-(r/b)^k) fits better: above 1 droplets clog
+           more easily the farther they have come
+",
+    },
+    Column {
+        header: "w/s/h [%]",
+        cell: |row| or_nothing(shares(row)),
+        note: "w/s/h      how the clogs hold: wrap, squeeze, hybrid, in percent\n",
+    },
+    Column {
+        header: "for ±10%",
+        cell: |row| or_nothing(row.lambda.runs_for_ten_percent.map(|runs| runs.to_string())),
+        note: "for ±10%   runs in total that would narrow the interval to ±10%, at the present share of clogs\n",
+    },
+];
 
 /// Where the column of arrests stands, if there are any: behind that of the clogs.
-const ARRESTED_COLUMN: usize = 2;
+const ARRESTED_PLACE: usize = 2;
 
-const ARRESTED_NOTE: &str = "\
+const ARRESTED: Column = Column {
+    header: "arrested",
+    cell: |row| row.lambda.arrested.to_string(),
+    note: "\
 arrested   those of the clogs that t_max cut off at rest, above ek_threshold: each counts as a clog at the
            stable equilibrium ahead of it
-";
+",
+};
+
+/// The share of runs cut off by time from which on lambda is told for both cases.
+const MANY_CUT: f64 = 0.05;
+
+/// The columns where time cut many runs off.
+const CUT: [Column; 2] = [
+    Column { header: "cut", cell: |row| row.lambda.by_time.to_string(), note: "" },
+    Column {
+        header: "if stuck",
+        cell: |row| or_nothing(row.lambda.lambda_if_stuck.map(|lambda| significant(lambda, 2))),
+        note: "\
+cut        runs that t_max cut off while they moved. Slow droplets are the ones about to clog, so lambda
+           may be too large: `if stuck` is lambda had all of these clogged there, and the truth lies
+           between both, but for chance. A larger t_max narrows it; runs go on from where they ended
+",
+    },
+];
 
 const HARDLY_KNOWN: &str = "\
 † lambda is hardly known: it comes from one or two clogs, or the two estimates are ten times apart. One clog leaves it \
@@ -52,25 +114,31 @@ Ca         capillary number, viscous stress over capillary pressure: v_g/V_t * p
 ///
 /// Rows whose survival is hardly exponential (p < 0.05) bear a star. A line below says how many there are, and how many
 /// chance alone would give. Rows whose lambda is hardly known bear a dagger, which a line below explains. Where runs
-/// were arrested at their time limit, a column counts them.
+/// were arrested at their time limit, a column counts them; where time cut many off, two columns say what that means.
 pub fn decay_lengths(points: &[FittedPoint]) -> String {
-    let mut headers = vec!["runs", "clogs", "lambda [95%]", "least sq.", "p_exp", "w/s/h [%]", "for ±10%"];
+    let mut columns: Vec<Column> = COLUMNS.to_vec();
     // Elsewhere than in an array of obstacles there is one place to clog at, and no decay of P(r).
     let in_arrays = |row: &&FittedPoint| matches!(row.point.point.scene, Scene::Obstacles(_));
     let rows: Vec<&FittedPoint> = points.iter().filter(in_arrays).collect();
     if rows.is_empty() && !points.is_empty() {
         return "Decay lengths: none, for no droplet moved in an array of obstacles.\n".to_owned();
     }
-    if !rows.iter().any(|row| row.lambda.arrested > 0) {
-        return tables("Decay lengths", &rows, &headers, lambda_cells, lambda_notes);
+    if rows.iter().any(|row| row.lambda.arrested > 0) {
+        columns.insert(ARRESTED_PLACE, ARRESTED);
     }
-    headers.insert(ARRESTED_COLUMN, "arrested");
-    let cells = |row: &FittedPoint| {
-        let mut cells = lambda_cells(row);
-        cells.insert(ARRESTED_COLUMN, row.lambda.arrested.to_string());
-        cells
+    if rows.iter().any(|row| is_cut_by_time(&row.lambda)) {
+        let place = columns.iter().position(|column| column.header == "least sq.").unwrap_or_default();
+        columns.splice(place..place, CUT);
+    }
+    let headers: Vec<&str> = columns.iter().map(|column| column.header).collect();
+    let cells = |row: &FittedPoint| columns.iter().map(|column| (column.cell)(row)).collect();
+    let notes = |rows: &[&FittedPoint]| {
+        let notes: String = columns.iter().map(|column| column.note).collect();
+        notes + &lambda_remarks(rows)
     };
-    tables("Decay lengths", &rows, &headers, cells, |rows| lambda_notes(rows) + ARRESTED_NOTE)
+    let from = rows.first().map_or(0.0, |row| row.lambda.r_from);
+    let what = if from > 0.0 { format!("Decay lengths beyond {from} sigma") } else { "Decay lengths".to_owned() };
+    tables(&what, &rows, &headers, cells, notes)
 }
 
 /// The tables of mean speeds.
@@ -118,34 +186,45 @@ fn is_hardly_known(fit: &LambdaFit) -> bool {
     matches!(fit.clogs, 1 | 2) || apart.is_some_and(|ratio| ratio >= 10.0)
 }
 
-fn lambda_cells(row: &FittedPoint) -> Vec<String> {
-    let fit: &LambdaFit = &row.lambda;
-    let or_nothing = |text: Option<String>| text.unwrap_or_else(|| NOTHING.to_owned());
-    let (lambda, least_squares) = match (fit.lambda, fit.lambda_low, fit.lambda_high) {
+fn or_nothing(text: Option<String>) -> String {
+    text.unwrap_or_else(|| NOTHING.to_owned())
+}
+
+fn lambda_cell(fit: &LambdaFit) -> String {
+    match (fit.lambda, fit.lambda_low, fit.lambda_high) {
         (Some(lambda), Some(low), Some(high)) => {
-            let narrower = (lambda - low).min(high - lambda);
-            // A value far below the interval still shows digits of its own.
-            let least_squares = fit.lambda_least_squares.map(|x| to_precision(x, narrower.min(x)));
             let mark = if is_hardly_known(fit) { "† " } else { "" };
-            (Some(format!("{mark}{}", with_interval(lambda, low, high))), least_squares)
+            format!("{mark}{}", with_interval(lambda, low, high))
         }
-        (None, Some(low), _) => (Some(lower_bound(low)), None),
-        _ => (None, None),
+        (None, Some(low), _) => lower_bound(low),
+        _ => NOTHING.to_owned(),
+    }
+}
+
+fn least_squares_cell(fit: &LambdaFit) -> String {
+    let (Some(lambda), Some(low), Some(high)) = (fit.lambda, fit.lambda_low, fit.lambda_high) else {
+        return NOTHING.to_owned();
     };
-    // Both endings have the same width, so that the digits stay aligned.
-    let p_text = |p: f64| {
-        let number = if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") };
-        number + if p < DOUBTFUL { " *" } else { "  " }
-    };
-    vec![
-        fit.runs.to_string(),
-        fit.clogs.to_string(),
-        or_nothing(lambda),
-        or_nothing(least_squares),
-        or_nothing(fit.p_exponential.map(p_text)),
-        or_nothing(shares(row)),
-        or_nothing(fit.runs_for_ten_percent.map(|runs| runs.to_string())),
-    ]
+    let narrower = (lambda - low).min(high - lambda);
+    // A value far below the interval still shows digits of its own.
+    or_nothing(fit.lambda_least_squares.map(|x| to_precision(x, narrower.min(x))))
+}
+
+/// Both endings have the same width, so that the digits stay aligned.
+fn p_text(p: f64) -> String {
+    let number = if p < 0.001 { "< 0.001".to_owned() } else { format!("{p:.3}") };
+    number + if p < DOUBTFUL { " *" } else { "  " }
+}
+
+/// `0.92 .. 1.35`.
+fn shape_text(fit: &LambdaFit) -> Option<String> {
+    let [low, high] = [fit.weibull_low?, fit.weibull_high?].map(|end| significant(end, 2));
+    Some(format!("{low} .. {high}"))
+}
+
+/// Whether time cut off so many runs that lambda depends on what would have become of them.
+fn is_cut_by_time(fit: &LambdaFit) -> bool {
+    f64::from(fit.by_time) >= MANY_CUT * f64::from(fit.runs.max(1)) && fit.by_time > 0
 }
 
 /// `10/85/5`: percentages of the clogs that hold by wrap, squeeze and hybrid, among those whose mechanism is known.
@@ -159,8 +238,9 @@ fn shares(row: &FittedPoint) -> Option<String> {
     (!known.is_empty()).then(|| all.map(percent).join("/"))
 }
 
-fn lambda_notes(rows: &[&FittedPoint]) -> String {
-    let mut notes = LAMBDA_NOTE.to_owned();
+/// Sentences about what stands out in the rows.
+fn lambda_remarks(rows: &[&FittedPoint]) -> String {
+    let mut notes = String::new();
     let tested: Vec<f64> = rows.iter().filter_map(|row| row.lambda.p_exponential).collect();
     let doubtful = tested.iter().filter(|&&p| p < DOUBTFUL).count();
     if doubtful > 0 {
@@ -173,6 +253,14 @@ fn lambda_notes(rows: &[&FittedPoint]) -> String {
     }
     if rows.iter().any(|row| is_hardly_known(&row.lambda)) {
         notes += &wrap(HARDLY_KNOWN);
+        notes += "\n";
+    }
+    let beyond: u32 = rows.iter().map(|row| row.lambda.beyond_box).sum();
+    if beyond > 0 {
+        notes += &wrap(&format!(
+            "{beyond} runs went further than one side of the periodic box, where a droplet meets the same obstacles again. \
+             They count as cut off there; a larger box_size brings more."
+        ));
         notes += "\n";
     }
     notes

@@ -42,12 +42,20 @@ impl FinishedRun {
 }
 
 /// Decay length of the survival probability `P(r) = exp(-r/lambda)` at one grid point ([C24] eq. 16).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LambdaFit {
-    /// Finished runs.
+    /// Finished runs that got beyond `r_from`.
     pub runs: u32,
     /// Runs that clogged, or were arrested at their time limit; every other run is censored at its displacement.
     pub clogs: u32,
+    /// Runs that went the whole distance.
+    pub by_distance: u32,
+    /// Runs on which time ran out while they were not at rest.
+    pub by_time: u32,
+    /// Runs that went further than the side of the periodic box, where they count as cut off.
+    pub beyond_box: u32,
+    /// The displacement from which on runs count, in sigma.
+    pub r_from: f64,
     /// Those of the clogs that were arrested at their time limit, above the threshold of a clog.
     pub arrested: u32,
     /// Maximum-likelihood lambda = (sum of all r)/clogs, in sigma; `None` when nothing clogged.
@@ -56,10 +64,19 @@ pub struct LambdaFit {
     pub lambda_low: Option<f64>,
     /// Upper end of the 95% profile-likelihood interval; `None` when nothing clogged (unbounded).
     pub lambda_high: Option<f64>,
+    /// Lambda if every droplet on which time ran out had clogged there, in sigma; `None` if there is none. The truth lies
+    /// between this and `lambda`, but for chance.
+    pub lambda_if_stuck: Option<f64>,
     /// The paper's estimate: least squares of the Kaplan-Meier P(r) on exp(-r/lambda).
     pub lambda_least_squares: Option<f64>,
     /// Probability that clogs are spread as unevenly as these, or more so, if survival is exponential.
     pub p_exponential: Option<f64>,
+    /// Shape k of Weibull's distribution, which is 1 where survival is exponential.
+    pub weibull_shape: Option<f64>,
+    /// Lower end of its 95% interval.
+    pub weibull_low: Option<f64>,
+    /// Upper end of its 95% interval.
+    pub weibull_high: Option<f64>,
     /// Total number of runs that would narrow the interval to +-10%, at the present share of clogs.
     pub runs_for_ten_percent: Option<u32>,
 }
@@ -71,6 +88,12 @@ pub struct SpeedAverage {
     pub runs: u32,
     /// Runs that ended without a clog or an arrest and are averaged.
     pub flowing: u32,
+    /// Runs that went the whole distance.
+    pub by_distance: u32,
+    /// Runs on which time ran out while they were not at rest.
+    pub by_time: u32,
+    /// Runs on which time ran out at rest.
+    pub arrested: u32,
     /// <v_g>/V_t; `None` when nothing flowed.
     pub v_g: Option<f64>,
     /// Lower end of the 95% bootstrap interval.

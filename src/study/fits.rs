@@ -3,7 +3,8 @@
 use crate::campaign::parallel::in_parallel;
 use crate::results::fits::{LambdaFit, PointRuns, SpeedAverage};
 use crate::study::speed::speed_average;
-use crate::study::survival::lambda_fit;
+use crate::study::survival::kaplan_meier::Step;
+use crate::study::survival::{lambda_fit, survival_curve};
 use rayon::prelude::*;
 
 /// A grid point with everything fitted to its runs.
@@ -13,12 +14,20 @@ pub struct FittedPoint<'a> {
     pub point: &'a PointRuns,
     /// Decay length of its survival probability.
     pub lambda: LambdaFit,
+    /// Its survival curve without a model.
+    pub curve: Vec<Step>,
     /// Mean speed of the runs that did not clog.
     pub speed: SpeedAverage,
 }
 
-/// Fits every point, in parallel; the answers have the order of the points.
-pub fn fit_all(points: &[PointRuns]) -> Vec<FittedPoint<'_>> {
-    let fit = |point| FittedPoint { point, lambda: lambda_fit(point), speed: speed_average(point) };
+/// Fits every point, in parallel; the answers have the order of the points. Decay lengths and survival are those beyond
+/// the displacement `from`.
+pub fn fit_all(points: &[PointRuns], from: f64) -> Vec<FittedPoint<'_>> {
+    let fit = |point| FittedPoint {
+        point,
+        lambda: lambda_fit(point, from),
+        curve: survival_curve(point, from),
+        speed: speed_average(point),
+    };
     in_parallel(|| points.par_iter().map(fit).collect())
 }

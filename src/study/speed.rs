@@ -15,7 +15,7 @@
 //! If that happens in more than 1% of the resamples, as with four values or fewer, there is no interval.
 
 use crate::parameters::Model;
-use crate::results::fits::{PointRuns, SpeedAverage};
+use crate::results::fits::{FinishedRun, PointRuns, SpeedAverage};
 use crate::results::trajectory::Outcome;
 use crate::study::random::index;
 use rand_chacha::ChaCha8Rng;
@@ -60,6 +60,7 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     let mut speeds: Vec<f64> = flowing.filter_map(|run| run.v_g_mean).collect();
     // Sorted, so that neither the sum nor the resamples depend on the order of the runs.
     speeds.sort_by(f64::total_cmp);
+    let count = |which: &dyn Fn(&FinishedRun) -> bool| point.runs.iter().filter(|run| which(run)).count() as u32;
     let v_g = (!speeds.is_empty()).then(|| mean(&speeds));
     let interval = studentised_interval(&speeds);
     let ca = match &point.point.model {
@@ -69,6 +70,9 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     SpeedAverage {
         runs: point.runs.len() as u32,
         flowing: speeds.len() as u32,
+        by_distance: count(&|run| run.outcome == Outcome::Distance),
+        by_time: count(&|run| run.outcome == Outcome::TimeLimit && run.arrested.is_none()),
+        arrested: count(&|run| run.arrested.is_some()),
         v_g,
         v_g_low: interval.map(|(low, _)| low),
         v_g_high: interval.map(|(_, high)| high),

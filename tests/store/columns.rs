@@ -37,10 +37,12 @@ fn the_views_have_the_columns_of_the_contract_the_old_ones_in_their_places() {
     let fit = "runs,clogs,lambda,lambda_low,lambda_high,lambda_least_squares,p_exponential,runs_for_ten_percent";
     let shares = "wrap_share,squeeze_share,hybrid_share";
     let more = format!("{NEW_KEYS},w,{places},integrator,{limits},dynamics,step_error");
-    let fits = format!("{point},{fit},{shares},point_id,decay_length,{more},arrested");
+    let cut = "by_distance,by_time,beyond_box,lambda_if_stuck,weibull_shape,weibull_low,weibull_high,r_from";
+    let fits = format!("{point},{fit},{shares},point_id,decay_length,{more},arrested,{cut}");
     assert_eq!(columns(dir.path(), "lambda_fits"), fits);
+    assert_eq!(columns(dir.path(), "survival"), "point_id,r,at_risk,clogs,survival,survival_low,survival_high");
     assert_eq!(columns(dir.path(), "shapes"), "job_id,t,vertices,loads");
-    let speeds = format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca,point_id,{more}");
+    let speeds = format!("{point},runs,flowing,v_g,v_g_low,v_g_high,ca,point_id,{more},by_distance,by_time,arrested");
     assert_eq!(columns(dir.path(), "speed_averages"), speeds);
 }
 
@@ -95,10 +97,8 @@ fn fitted(dir: &Path) -> Store {
         .collect();
     let mut store = filled(dir, &points, 5, 1, 10);
     let runs = point_runs(store.connection()).unwrap();
-    let fits = fit_all(&runs);
-    let lambdas: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.lambda)).collect();
-    let speeds: Vec<_> = fits.iter().map(|fit| (fit.point.point_id, fit.speed)).collect();
-    save_fits(&mut store, &lambdas, &speeds).unwrap();
+    let fits = fit_all(&runs, 0.0);
+    save_fits(&mut store, &fits).unwrap();
     store
 }
 

@@ -2,12 +2,14 @@
 
 use super::make::*;
 use meniscus::parameters::{JobId, JobState};
-use meniscus::results::fits::{LambdaFit, SpeedAverage};
+use meniscus::results::fits::{LambdaFit, PointRuns, SpeedAverage};
 use meniscus::results::trajectory::{Arrest, FailureClass, Mechanism, Outcome, Pinch, Trajectory};
 use meniscus::store::{
     CampaignRecord, Message, PlannedPoint, Provenance, StateCounts, Store, StoreError, Writer, check, job, job_states,
     outlines, point_runs, repair, save_fits, status,
 };
+use meniscus::study::fits::FittedPoint;
+use meniscus::study::survival::kaplan_meier::Step;
 use std::time::Duration;
 
 #[test]
@@ -198,19 +200,31 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
     let fit = LambdaFit {
         runs: 3,
         clogs: 1,
-        arrested: 0,
+        by_time: 2,
+        r_from: 0.5,
         lambda: Some(24.0),
         lambda_low: Some(12.0),
-        lambda_high: None,
-        lambda_least_squares: None,
+        lambda_if_stuck: Some(8.0),
+        weibull_shape: Some(1.25),
         p_exponential: Some(0.5),
         runs_for_ten_percent: Some(400),
+        ..LambdaFit::default()
     };
-    let average = SpeedAverage { runs: 3, flowing: 2, v_g: Some(0.7), v_g_low: None, v_g_high: None, ca: Some(0.55) };
-    let id = read[0].point_id;
-    let old = (read[1].point_id, LambdaFit { clogs: 2, ..fit });
-    save_fits(&mut store, &[old], &[]).unwrap();
-    save_fits(&mut store, &[(id, fit)], &[(id, average)]).unwrap();
+    let average = SpeedAverage {
+        runs: 3,
+        flowing: 2,
+        by_distance: 1,
+        by_time: 1,
+        arrested: 0,
+        v_g: Some(0.7),
+        v_g_low: None,
+        v_g_high: None,
+        ca: Some(0.55),
+    };
+    let step = Step { r: 1.5, survival: 0.75, variance: Some(0.04), at_risk: 4, events: 1 };
+    let fitted = |point, lambda| FittedPoint { point, lambda, curve: vec![step], speed: average };
+    save_fits(&mut store, &[fitted(&read[1], LambdaFit { clogs: 2, ..fit })]).unwrap();
+    save_fits(&mut store, &[fitted(&read[0], fit)]).unwrap();
     assert_eq!(
         csv(
             dir.path(),
@@ -221,10 +235,20 @@ fn fits_read_finished_runs_by_parameter_as_a_number_and_their_answers_replace_th
         ["DP,obstacles,1.0,10000.0,0.2,0.3,1,10000.0,256,3,1,24.0,12.0,,0.5,400,1.0,0.0"]
     );
     assert_eq!(
-        csv(dir.path(), "SELECT gamma, runs, flowing, v_g, v_g_low, ca FROM speed_averages"),
-        ["1.0,3,2,0.7,,0.55"]
+        csv(
+            dir.path(),
+            "SELECT gamma, runs, flowing, v_g, v_g_low, ca, by_distance, by_time, arrested FROM speed_averages"
+        ),
+        ["1.0,3,2,0.7,,0.55,1,1,0"]
     );
-    assert!(save_fits(&mut store, &[(soft(7.0).id(), fit)], &[]).is_err(), "the point is not in the store");
+    let cut =
+        "SELECT by_distance, by_time, beyond_box, arrested, r_from, lambda_if_stuck, weibull_shape FROM lambda_fits";
+    assert_eq!(csv(dir.path(), cut), ["0,2,0,0,0.5,8.0,1.25"]);
+    let curve = "SELECT r, at_risk, clogs, survival, survival_low < 0.75, survival_high > 0.75
+                 FROM survival JOIN lambda_fits USING (point_id)";
+    assert_eq!(csv(dir.path(), curve.replace("clogs", "survival.clogs").as_str()), ["2.0,4,1,0.75,1,1"]);
+    let other = PointRuns { point_id: soft(7.0).id(), point: soft(7.0), runs: Vec::new() };
+    assert!(save_fits(&mut store, &[fitted(&other, fit)]).is_err(), "the point is not in the store");
     assert_eq!(csv(dir.path(), "SELECT clogs FROM lambda_fits"), ["1"], "and the old rows stay");
 }
 

@@ -79,12 +79,17 @@ const SECTION: &[Home] = &[Home::File, Home::Block];
 
 const UNTIL: &[Home] = &[Home::Until];
 const TOLERANCE: &str = "largest relative error: takes the cheapest measured n_vertices, dt and integrator";
+const FIT_FROM: &str = "displacement from which on runs count in decay lengths; droplets start in a void";
 const RELATIVE_ERROR: &str = "half of the 95% interval over the estimate at which no more seeds are added";
 
 /// The keys that are no parameters of a point.
 const OWN: &[Key] = &[
     key("name", SECTION, Domain::Text, None, "name of the campaign or of the block"),
     key("about", &[Home::File], Domain::Text, None, "what the campaign shows, in prose"),
+    Key {
+        unit: "sigma",
+        ..key("fit_from", &[Home::File], Domain::Number(between(0.0, 1e6)), Some(Value::Number(0.0)), FIT_FROM)
+    },
     key("runs_per_point", SECTION, Domain::Whole(between(1.0, 1e5)), None, "seeds per grid point"),
     key(
         "first_seed",

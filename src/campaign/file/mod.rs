@@ -53,6 +53,8 @@ pub struct Campaign {
     pub name: String,
     /// What it shows, in prose; may be empty.
     pub about: String,
+    /// The displacement from which on its tables of decay lengths count, in sigma.
+    pub fit_from: f64,
     /// The text of its file.
     pub text: String,
     /// Its blocks, in file order; one of the campaign's name if the file has no `[[block]]`.
@@ -159,6 +161,7 @@ impl Campaign {
             Some(name) if problems.is_empty() => Ok(Self {
                 name: name.to_owned(),
                 about: top.text("about").unwrap_or_default().trim().to_owned(),
+                fit_from: top.number("fit_from").unwrap_or_default(),
                 text: text.to_owned(),
                 blocks,
             }),

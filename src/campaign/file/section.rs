@@ -70,6 +70,14 @@ impl Section {
             Given::Fixed(_) | Given::Axis(_) | Given::Broken => None,
         }
     }
+
+    /// The number that a key was given, if it is sound.
+    pub(super) fn number(&self, name: &str) -> Option<f64> {
+        match &self.get(name)?.given {
+            Given::Fixed(Item { value: Value::Number(number), .. }) => Some(*number),
+            Given::Fixed(_) | Given::Text(_) | Given::Axis(_) | Given::Broken => None,
+        }
+    }
 }
 
 /// What counts for one block: its own keys before those of the top level.

@@ -20,13 +20,14 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// The tables and what is asked for them. Samples of runs that ended after the rest was read are left out.
-const TABLES: [(&str, &str); 7] = [
+const TABLES: [(&str, &str); 8] = [
     ("runs", "SELECT * FROM runs"),
     ("clog_events", "SELECT * FROM clog_events"),
     ("arrest_events", "SELECT * FROM arrest_events"),
     ("pinch_events", "SELECT * FROM pinch_events"),
     ("lambda_fits", "SELECT * FROM lambda_fits"),
     ("speed_averages", "SELECT * FROM speed_averages"),
+    ("survival", "SELECT * FROM survival"),
     ("samples", "SELECT * FROM samples WHERE +job_id IN (SELECT job_id FROM runs WHERE state = 'done')"),
 ];
 

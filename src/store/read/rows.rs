@@ -32,7 +32,7 @@ pub(crate) fn write_rows(
 }
 
 /// The columns of a fit beside `point_id` and the parameters; named as in the views `lambda_fits` and `speed_averages`.
-const FIT: [&str; 14] = [
+const FIT: [&str; 22] = [
     "runs",
     "clogs",
     "lambda",
@@ -47,6 +47,14 @@ const FIT: [&str; 14] = [
     "v_g_high",
     "ca",
     "arrested",
+    "by_distance",
+    "by_time",
+    "beyond_box",
+    "lambda_if_stuck",
+    "weibull_shape",
+    "weibull_low",
+    "weibull_high",
+    "r_from",
 ];
 
 /// Writes fits, a row for each point.
@@ -69,7 +77,7 @@ pub(crate) fn write_fits(fits: &[FittedPoint<'_>], format: Format, out: &mut dyn
 }
 
 /// The values of [`FIT`].
-fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 14] {
+fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 22] {
     [
         lambda.runs.into(),
         lambda.clogs.into(),
@@ -85,6 +93,14 @@ fn fitted(lambda: &LambdaFit, speed: &SpeedAverage) -> [Value; 14] {
         speed.v_g_high.into(),
         speed.ca.into(),
         lambda.arrested.into(),
+        lambda.by_distance.into(),
+        lambda.by_time.into(),
+        lambda.beyond_box.into(),
+        lambda.lambda_if_stuck.into(),
+        lambda.weibull_shape.into(),
+        lambda.weibull_low.into(),
+        lambda.weibull_high.into(),
+        lambda.r_from.into(),
     ]
 }
 

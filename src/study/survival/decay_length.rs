@@ -27,7 +27,7 @@ use crate::results::fits::FinishedRun;
 use crate::study::bisection::bisect;
 
 /// Half the 95% quantile of chi-squared with one degree of freedom.
-const HALF_CHI_SQUARED: f64 = 3.841_458_820_694_124 / 2.0;
+pub(super) const HALF_CHI_SQUARED: f64 = 3.841_458_820_694_124 / 2.0;
 
 /// Number of clogs at which the interval is +-10%: `(1.96/0.1)^2`.
 const CLOGS_FOR_TEN_PERCENT: f64 = 384.16;
@@ -41,9 +41,24 @@ pub struct Lifetime {
     pub clogged: bool,
 }
 
+impl Lifetime {
+    /// That of a finished run, which counts as cut off at `edge`.
+    pub(super) fn of(run: &FinishedRun, edge: f64) -> Self {
+        match run.stays_at() {
+            Some(r) if r <= edge => Self { r, clogged: true },
+            Some(_) => Self { r: edge, clogged: false },
+            None => Self { r: if run.r_end > edge { edge } else { run.r_end }, clogged: false },
+        }
+    }
+}
+
 /// Lifetimes sorted by displacement; of equal displacements those with a clog come first.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lifetimes(Vec<Lifetime>);
+pub struct Lifetimes {
+    lives: Vec<Lifetime>,
+    /// The displacement from which on they count, in sigma. Those of `lives` begin there.
+    from: f64,
+}
 
 impl Lifetimes {
     /// Sorts lifetimes. A negative displacement counts as 0.
@@ -53,41 +68,62 @@ impl Lifetimes {
             life.r = if life.r > 0.0 || life.r.is_nan() { life.r } else { 0.0 };
         }
         lifetimes.sort_by(|a, b| a.r.total_cmp(&b.r).then(b.clogged.cmp(&a.clogged)));
-        Self(lifetimes)
+        Self { lives: lifetimes, from: 0.0 }
+    }
+
+    /// What lies beyond the displacement `from`, as if droplets started there: those that did not get so far are left out
+    /// (left truncation).
+    ///
+    /// ```
+    /// use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
+    /// let clog = |r| Lifetime { r, clogged: true };
+    /// let lifetimes = Lifetimes::new(vec![clog(0.5), clog(3.0), clog(5.0)]).beyond(1.0);
+    /// assert!(matches!(maximum_likelihood(&lifetimes), DecayLength::Measured { lambda: 3.0, .. }));
+    /// ```
+    pub fn beyond(&self, from: f64) -> Self {
+        let shift = from - self.from;
+        if !(shift > 0.0) {
+            return self.clone();
+        }
+        // A NaN stays, so that the result shows it.
+        let rest = self.lives.iter().filter(|life| !(life.r <= shift));
+        Self { lives: rest.map(|life| Lifetime { r: life.r - shift, ..*life }).collect(), from }
+    }
+
+    /// The displacement from which on lifetimes count, in sigma.
+    pub(super) fn from(&self) -> f64 {
+        self.from
     }
 
     /// The lifetimes of finished runs. A run that was arrested at its time limit clogs at its equilibrium; every other
-    /// run that did not clog is censored at its displacement.
-    pub(super) fn of_runs(runs: &[FinishedRun]) -> Self {
-        let life = |run: &FinishedRun| match run.stays_at() {
-            Some(r) => Lifetime { r, clogged: true },
-            None => Lifetime { r: run.r_end, clogged: false },
-        };
-        Self::new(runs.iter().map(life).collect())
+    /// run that did not clog is censored at its displacement. Beyond `edge`, the side of the periodic box, droplets meet
+    /// the same obstacles again, so there every run is censored.
+    pub(super) fn of_runs(runs: &[FinishedRun], edge: f64) -> Self {
+        Self::new(runs.iter().map(|run| Lifetime::of(run, edge)).collect())
     }
 
     pub(super) fn as_slice(&self) -> &[Lifetime] {
-        &self.0
+        &self.lives
     }
 
     /// Number of runs.
     pub fn len(&self) -> usize {
-        self.0.len()
+        self.lives.len()
     }
 
     /// Whether there is no run.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.lives.is_empty()
     }
 
     /// d, the number of clogs.
     pub(super) fn clogs(&self) -> usize {
-        self.0.iter().filter(|life| life.clogged).count()
+        self.lives.iter().filter(|life| life.clogged).count()
     }
 
     /// S, the sum of all displacements, in sigma.
     pub(super) fn total(&self) -> f64 {
-        self.0.iter().map(|life| life.r).sum()
+        self.lives.iter().map(|life| life.r).sum()
     }
 }
 
@@ -123,6 +159,12 @@ pub fn maximum_likelihood(lifetimes: &Lifetimes) -> DecayLength {
     } else {
         DecayLength::Unknown
     }
+}
+
+/// The decay length if so many runs had clogged where they were cut off; `None` if none did then.
+pub(super) fn if_stuck(lifetimes: &Lifetimes, cut: u32) -> Option<f64> {
+    let clogs = lifetimes.clogs() + cut as usize;
+    (clogs > 0).then(|| lifetimes.total() / clogs as f64)
 }
 
 /// Ends of the 95% interval, divided by the estimate, for d > 0 clogs.

@@ -17,6 +17,9 @@
 
 use crate::study::survival::decay_length::Lifetimes;
 
+/// The 97.5% quantile of the normal distribution.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
 /// One step of the curve. Between steps `P` is constant, and before the first step it is 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
@@ -30,6 +33,17 @@ pub struct Step {
     pub at_risk: usize,
     /// d, the number of droplets that clog here.
     pub events: usize,
+}
+
+impl Step {
+    /// The 95% band of `P` here, `P^exp(+-1.96 s)` with s the standard error of `ln(-ln P)`. `None` where P is 0.
+    ///
+    /// This band stays within 0 and 1 and covers 95% also of few runs (Kalbfleisch and Prentice, "The Statistical Analysis
+    /// of Failure Time Data", 1.4).
+    pub fn band(&self) -> Option<[f64; 2]> {
+        let error = self.variance?.sqrt() / (self.survival * libm::log(self.survival)).abs();
+        Some([1.0, -1.0].map(|sign| libm::pow(self.survival, libm::exp(sign * NORMAL * error))))
+    }
 }
 
 /// The steps of the curve, by displacement.
@@ -81,6 +95,9 @@ mod tests {
             assert!((step.survival - survival).abs() < 6e-4, "{step:?}");
             assert!((step.variance.unwrap().sqrt() - error).abs() < 6e-5, "{step:?}");
         }
+        // Of the first step by hand: ln(-ln(18/21)) = -1.8698, its standard error 0.5785.
+        let [low, high] = curve[0].band().unwrap();
+        assert!((low - 0.6197).abs() < 1e-3 && (high - 0.9516).abs() < 1e-3, "{low} {high}");
     }
 
     #[test]
@@ -91,7 +108,7 @@ mod tests {
         assert_eq!(shares, [0.75, 0.25, 0.0]);
         // Greenwood's variance is then the binomial P (1 - P)/n.
         assert!((curve[1].variance.unwrap() - 0.25 * 0.75 / 4.0).abs() < 1e-15);
-        assert_eq!(curve[2].variance, None);
+        assert_eq!((curve[2].variance, curve[2].band()), (None, None));
     }
 
     #[test]

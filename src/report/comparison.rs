@@ -1,0 +1,194 @@
+//! Comparisons along an axis of a grid: ratios of neighbouring points, and whether lambda is monotonic.
+
+use crate::parameters::Point;
+use crate::report::parameters::split;
+use crate::report::rounding::{significant, with_interval};
+use crate::report::text_table::{NOTHING, TextTable};
+use crate::results::fits::PointRuns;
+use crate::store::ColumnKind::{self, Number, Text, Whole};
+use crate::study::compare::{Ratio, holm, lambda_ratio, speed_ratio};
+use crate::study::series::{Series, axes, series};
+use crate::study::survival::monotonic::{Monotonic, monotonic};
+use rayon::prelude::*;
+use rusqlite::types::Value;
+
+/// An axis with fewer points says nothing about monotony.
+const FEWEST_POINTS: usize = 4;
+
+const NOTES: &str = "\
+ratio      of the second point over the first, over the seeds that both have; speeds over those of them
+           that flow at both
+[a, b]     its 95% interval, by the studentised bootstrap over seeds
+z          its logarithm over the standard error of that
+p          chance of a ratio as far from 1 if the points do not differ, adjusted for all rows (Holm);
+           it is at least 1e-4 times their number
+";
+
+/// Two points of a series, and their ratios.
+#[derive(Clone, Debug)]
+pub(crate) struct Pair<'a> {
+    /// The points.
+    points: [&'a PointRuns; 2],
+    /// Their values of the axis.
+    values: [f64; 2],
+    lambda: Option<Ratio>,
+    speed: Option<Ratio>,
+    /// Adjusted probabilities.
+    p: [Option<f64>; 2],
+}
+
+/// The pairs along an axis: neighbours, or those of two values that are asked for.
+pub(crate) fn pairs<'a>(points: &'a [PointRuns], axis: &str, values: Option<[f64; 2]>, from: f64) -> Vec<Pair<'a>> {
+    let chosen = series(points, axis).into_iter().flat_map(|Series(along)| match values {
+        None => along.windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>(),
+        Some(wanted) => {
+            let at = |value: f64| along.iter().find(|(found, _)| *found == value).copied();
+            at(wanted[0]).zip(at(wanted[1])).map(|(a, b)| [a, b]).into_iter().collect()
+        }
+    });
+    let chosen: Vec<[(f64, &PointRuns); 2]> = chosen.collect();
+    let compare = |&[(low, a), (high, b)]: &[(f64, &'a PointRuns); 2]| {
+        let (lambda, speed) = (lambda_ratio(a, b, from), speed_ratio(a, b));
+        Pair { points: [a, b], values: [low, high], lambda, speed, p: [None; 2] }
+    };
+    let mut pairs: Vec<Pair<'_>> = chosen.par_iter().map(compare).collect();
+    for (place, of) in [(0, (|pair| pair.lambda) as fn(&Pair<'_>) -> Option<Ratio>), (1, |pair| pair.speed)] {
+        let known: Vec<(usize, f64)> =
+            pairs.iter().enumerate().filter_map(|(at, pair)| Some((at, of(pair)?.p))).collect();
+        let adjusted = holm(&known.iter().map(|(_, p)| *p).collect::<Vec<_>>());
+        known.iter().zip(adjusted).for_each(|((at, _), p)| pairs[*at].p[place] = Some(p));
+    }
+    pairs
+}
+
+/// The table of the pairs along an axis.
+pub(crate) fn text(pairs: &[Pair<'_>], axis: &str, from: f64) -> String {
+    if pairs.is_empty() {
+        return format!("No two points differ in {axis} alone.\n");
+    }
+    let parameters: Vec<&Point> = pairs.iter().map(|pair| &pair.points[0].point).collect();
+    let split = split(&parameters);
+    let keys: Vec<usize> = (0..split.varying.len()).filter(|&key| !follows(split.varying[key], axis)).collect();
+    let beyond = if from > 0.0 { format!(" beyond {from} sigma") } else { String::new() };
+    let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
+    headers.extend([axis, "seeds", "lambda ratio", "z", "p", "seeds", "<v_g> ratio", "z", "p"].map(str::to_owned));
+    let row = |&at: &usize| {
+        let pair = &pairs[at];
+        let mut cells: Vec<String> = keys.iter().map(|&key| split.rows[at][key].clone()).collect();
+        cells.push(pair.values.map(|value| significant(value, 6)).join(" -> "));
+        cells.extend(ratio_cells(pair.lambda, pair.p[0]));
+        cells.extend(ratio_cells(pair.speed, pair.p[1]));
+        cells
+    };
+    let rows = split.order.iter().map(row).collect();
+    let title = format!("Ratios of decay lengths{beyond} and of mean speeds along {axis}");
+    let table = TextTable { title, headers, rows, names: 0, keys: keys.len() + 1 };
+    table.text() + NOTES
+}
+
+/// Parameters that the axis itself brings along.
+fn follows(name: &str, axis: &str) -> bool {
+    name == axis
+        || ["bond", "dt", "integrator", "kappa", "n_vertices"].contains(&name)
+        || (name == "e_w" && axis == "gamma")
+}
+
+fn ratio_cells(ratio: Option<Ratio>, p: Option<f64>) -> [String; 4] {
+    let Some(Ratio { seeds, ratio, low, high, z, .. }) = ratio else { return [(); 4].map(|()| NOTHING.to_owned()) };
+    [
+        seeds.to_string(),
+        with_interval(ratio, low, high),
+        format!("{z:.1}"),
+        p.map_or_else(|| NOTHING.to_owned(), |p| significant(p, 2)),
+    ]
+}
+
+/// The columns of [`rows`].
+pub(crate) const COLUMNS: [(&str, ColumnKind); 19] = [
+    ("point_id", Text),
+    ("other_id", Text),
+    ("axis", Text),
+    ("value", Number),
+    ("other", Number),
+    ("lambda_seeds", Whole),
+    ("lambda_ratio", Number),
+    ("lambda_ratio_low", Number),
+    ("lambda_ratio_high", Number),
+    ("lambda_z", Number),
+    ("lambda_p", Number),
+    ("lambda_p_holm", Number),
+    ("v_g_seeds", Whole),
+    ("v_g_ratio", Number),
+    ("v_g_ratio_low", Number),
+    ("v_g_ratio_high", Number),
+    ("v_g_z", Number),
+    ("v_g_p", Number),
+    ("v_g_p_holm", Number),
+];
+
+/// A row for each pair.
+pub(crate) fn rows(pairs: &[Pair<'_>], axis: &str) -> Vec<Vec<Value>> {
+    let of_ratio = |ratio: Option<Ratio>, p: Option<f64>| -> [Value; 7] {
+        [
+            ratio.map(|ratio| ratio.seeds).into(),
+            ratio.map(|ratio| ratio.ratio).into(),
+            ratio.map(|ratio| ratio.low).into(),
+            ratio.map(|ratio| ratio.high).into(),
+            ratio.map(|ratio| ratio.z).into(),
+            ratio.map(|ratio| ratio.p).into(),
+            p.into(),
+        ]
+    };
+    let row = |pair: &Pair<'_>| {
+        let mut row: Vec<Value> = pair.points.map(|point| point.point_id.to_string().into()).to_vec();
+        row.push(axis.to_owned().into());
+        row.extend(pair.values.map(Value::from));
+        row.extend(of_ratio(pair.lambda, pair.p[0]));
+        row.extend(of_ratio(pair.speed, pair.p[1]));
+        row
+    };
+    pairs.iter().map(row).collect()
+}
+
+/// What each axis of four points and more says about lambda: a line for each series, or nothing.
+pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
+    let mut lines = Vec::new();
+    for axis in axes(points, FEWEST_POINTS) {
+        let long: Vec<_> = series(points, axis).into_iter().filter(|series| series.0.len() >= FEWEST_POINTS).collect();
+        let found: Vec<_> = long.par_iter().map(|series| (series, monotonic(series, from))).collect();
+        let known = found.into_iter().filter_map(|(series, found)| Some((series, found?)));
+        lines.extend(known.map(|(series, found)| line(axis, series, &found)));
+    }
+    if lines.is_empty() {
+        return String::new();
+    }
+    format!("\nIs lambda monotonic?\n{}{MONOTONY_NOTE}", lines.concat())
+}
+
+const MONOTONY_NOTE: &str = "\
+p          chance of a rise, or of a fall, as certain as that somewhere on the axis if there is none; the
+           larger of both is that of a monotonic lambda. The error of the discretisation is not in it
+";
+
+fn line(axis: &str, series: &Series<'_>, found: &Monotonic) -> String {
+    let [first, last] = [series.0.first(), series.0.last()].map(|end| end.map_or(f64::NAN, |(value, _)| *value));
+    let number = |value: f64| significant(value, 6);
+    let slope = |slope: &crate::study::survival::monotonic::Slope| {
+        let [a, b] = slope.between.map(number);
+        format!("from {a} to {b}, p = {}", significant(slope.p, 2))
+    };
+    let verdict = match found.p() {
+        p if p < 0.05 => "not monotonic",
+        _ if found.rise.p < 0.05 => "it rises",
+        _ if found.fall.p < 0.05 => "it falls",
+        _ => "not decided",
+    };
+    format!(
+        "  {axis} from {} to {} ({} points): {verdict}; most certain rise {}; most certain fall {}\n",
+        number(first),
+        number(last),
+        series.0.len(),
+        slope(&found.rise),
+        slope(&found.fall)
+    )
+}

@@ -1,0 +1,220 @@
+//! How much two grid points differ: the ratio of their decay lengths, or of their mean speeds, over common seeds.
+//!
+//! Points of one seed share the array and the start, so most of what chance does to one it does to the other too, and the
+//! ratio is known better than either number. Of the seeds i let `a_i/b_i` be what the estimate of one point is a ratio of
+//! sums of: displacements over clogs for lambda, speeds over ones for the mean speed of the droplets that flow at both
+//! points. With the influence of a seed on the logarithm of each estimate,
+//!
+//! ```text
+//! psi_i = a_i/mean(a) - b_i/mean(b),
+//! ```
+//!
+//! the logarithm of the ratio has the standard error `e = sqrt(sum (psi_i - psi'_i)^2/(n (n - 1)))`, and z is the
+//! logarithm over e. Its interval comes from the studentised bootstrap over seeds, as that of mean speeds does
+//! ([`crate::study::speed`]).
+
+use crate::results::fits::{FinishedRun, PointRuns};
+use crate::results::trajectory::Outcome;
+use crate::study::random::index;
+use crate::study::survival::lifetime_of;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+
+/// A comparison needs at least this many common seeds.
+const FEWEST_SEEDS: usize = 5;
+
+/// Number of resamples.
+const RESAMPLES: usize = 9999;
+
+/// Largest number of resamples in which nothing clogs, or nothing varies.
+const MOST_EMPTY: usize = RESAMPLES / 100;
+
+/// Seed of the bootstrap.
+const SEED: u64 = 0x0072_6174_696f;
+
+/// The ratio of an estimate at one point over that at another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ratio {
+    /// Common seeds that count.
+    pub seeds: u32,
+    /// The ratio.
+    pub ratio: f64,
+    /// Lower end of its 95% interval.
+    pub low: f64,
+    /// Upper end of its 95% interval.
+    pub high: f64,
+    /// Its logarithm over the standard error of that.
+    pub z: f64,
+    /// Probability of a ratio as far from 1, or further, if the points do not differ; at least 1e-4.
+    pub p: f64,
+}
+
+/// What one seed adds to the sums of both points: `[a, b, a', b']`.
+type Share = [f64; 4];
+
+/// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than five common seeds, or so
+/// few clogs that a resample may have none.
+pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<Ratio> {
+    let share = |runs: &PointRuns, run: &FinishedRun| {
+        let life = lifetime_of(runs, run);
+        let way = (life.r - from).max(0.0);
+        [way, f64::from(u8::from(life.clogged && life.r > from))]
+    };
+    ratio(&common(point, other, |a, b| Some((share(point, a), share(other, b)))))
+}
+
+/// The ratio of the mean speeds of the droplets that flow at both points, of `other` over `point`. `None` with fewer than
+/// five common seeds.
+pub fn speed_ratio(point: &PointRuns, other: &PointRuns) -> Option<Ratio> {
+    let speed = |run: &FinishedRun| {
+        let flowed = matches!(run.outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
+        run.v_g_mean.filter(|_| flowed && run.arrested.is_none()).map(|speed| [speed, 1.0])
+    };
+    ratio(&common(point, other, |a, b| Some((speed(a)?, speed(b)?))))
+}
+
+/// The shares of the seeds that both points have; runs are ordered by seed.
+fn common(
+    point: &PointRuns,
+    other: &PointRuns,
+    shares: impl Fn(&FinishedRun, &FinishedRun) -> Option<([f64; 2], [f64; 2])>,
+) -> Vec<Share> {
+    let partner = |run: &FinishedRun| {
+        let at = other.runs.binary_search_by_key(&run.seed, |run| run.seed).ok()?;
+        let ([a, b], [c, d]) = shares(run, &other.runs[at])?;
+        Some([a, b, c, d])
+    };
+    point.runs.iter().filter_map(partner).collect()
+}
+
+fn ratio(shares: &[Share]) -> Option<Ratio> {
+    if shares.len() < FEWEST_SEEDS {
+        return None;
+    }
+    let (logarithm, error) = estimate(shares.iter())?;
+    let z = logarithm / error;
+    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let mut chosen = vec![0; shares.len()];
+    let mut deviations = Vec::with_capacity(RESAMPLES);
+    for _ in 0..RESAMPLES {
+        chosen.fill_with(|| index(&mut random, shares.len()));
+        if let Some((resampled, own)) = estimate(chosen.iter().map(|&seed| &shares[seed])) {
+            deviations.push((resampled - logarithm) / own);
+        }
+    }
+    if deviations.len() < RESAMPLES - MOST_EMPTY {
+        return None;
+    }
+    deviations.sort_by(f64::total_cmp);
+    let tail = (deviations.len() + 1) / 40;
+    let (smallest, largest) = (deviations[tail - 1], deviations[deviations.len() - tail]);
+    let further = deviations.iter().filter(|deviation| deviation.abs() >= z.abs()).count();
+    Some(Ratio {
+        seeds: shares.len() as u32,
+        ratio: libm::exp(logarithm),
+        low: libm::exp(logarithm - largest * error),
+        high: libm::exp(logarithm - smallest * error),
+        z,
+        p: (1 + further) as f64 / (1 + deviations.len()) as f64,
+    })
+}
+
+/// The logarithm of the ratio, and its standard error; `None` where a sum is zero or nothing varies.
+fn estimate<'a>(shares: impl Iterator<Item = &'a Share> + Clone) -> Option<(f64, f64)> {
+    let (mut sums, mut n) = ([0.0; 4], 0.0);
+    for share in shares.clone() {
+        sums.iter_mut().zip(share).for_each(|(sum, value)| *sum += value);
+        n += 1.0;
+    }
+    if !sums.iter().all(|&sum| sum > 0.0) {
+        return None;
+    }
+    let squares: f64 = shares
+        .map(|[a, b, c, d]| {
+            let influence = n * (c / sums[2] - d / sums[3] - a / sums[0] + b / sums[1]);
+            influence * influence
+        })
+        .sum();
+    let error = (squares / (n * (n - 1.0))).sqrt();
+    let logarithm = libm::log(sums[2] / sums[3]) - libm::log(sums[0] / sums[1]);
+    (error > 1e-9).then_some((logarithm, error))
+}
+
+/// Probabilities of several comparisons, adjusted so that the chance of one or more below 5% is at most 5% if no two
+/// points differ (Holm, Scand. J. Stat. 6, 65 (1979)).
+///
+/// ```
+/// use meniscus::study::compare::holm;
+/// let adjusted = holm(&[0.01, 0.04, 0.03]);
+/// assert!((adjusted[0] - 0.03).abs() < 1e-15 && adjusted[1] == adjusted[2] && (adjusted[1] - 0.06).abs() < 1e-15);
+/// ```
+pub fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
+    let (mut adjusted, mut largest) = (vec![0.0; p.len()], 0.0_f64);
+    for (place, &at) in order.iter().enumerate() {
+        largest = largest.max(p[at] * (p.len() - place) as f64).min(1.0);
+        adjusted[at] = largest;
+    }
+    adjusted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::random::uniform;
+
+    /// Displacements of two points that share most of their chance; the second goes `ratio` times as far.
+    fn paired(random: &mut ChaCha8Rng, n: usize, ratio: f64, own: f64) -> Vec<Share> {
+        let mut exponential = || -libm::log(uniform(random));
+        (0..n)
+            .map(|_| {
+                let common = exponential();
+                let mut way = |lambda: f64| lambda * ((1.0 - own) * common + own * exponential());
+                let (a, c) = (way(1.0), way(ratio));
+                [a, 1.0, c, 1.0]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn common_chance_cancels() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let [alike, alone] = [0.2, 1.0].map(|own| ratio(&paired(&mut random, 50, 0.75, own)).unwrap());
+        assert!(alike.z < -3.0 && alike.p < 0.01 && alike.low < 0.75 && alike.high < 1.0, "{alike:?}");
+        assert!((alike.high / alike.low) < (alone.high / alone.low).sqrt(), "{alike:?} {alone:?}");
+    }
+
+    #[test]
+    fn the_standard_error_without_pairs_is_that_of_the_clogs() {
+        // Of independent exponential displacements without censoring: 1/d + 1/d'.
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let shares = paired(&mut random, 4000, 1.0, 1.0);
+        let (_, error) = estimate(shares.iter()).unwrap();
+        assert!((error / (2.0_f64 / 4000.0).sqrt() - 1.0).abs() < 0.03, "{error}");
+    }
+
+    #[test]
+    #[ignore = "coverage takes a minute; `cargo test --release --lib compare -- --ignored --nocapture`"]
+    fn intervals_of_ratios_cover_what_they_promise() {
+        for (n, own) in [(10, 0.3), (30, 0.3), (50, 0.3), (50, 1.0)] {
+            let mut random = ChaCha8Rng::seed_from_u64(3);
+            let sets = 1000;
+            let covers = |_: &u32| {
+                let found = ratio(&paired(&mut random, n, 0.75, own));
+                found.is_some_and(|found| found.low <= 0.75 && found.high >= 0.75)
+            };
+            let covered = (0..sets).filter(covers).count();
+            let share = covered as f64 / f64::from(sets);
+            println!("{n} seeds, own chance {own}: {share}");
+            assert!((0.92..0.975).contains(&share) || n == 10, "{n} {own}: {share}");
+        }
+    }
+
+    #[test]
+    fn few_seeds_or_no_clogs_give_no_ratio() {
+        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 4]), None);
+        assert_eq!(ratio(&[[1.0, 0.0, 2.0, 1.0]; 9]), None);
+        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 9]), None, "nothing varies");
+    }
+}
