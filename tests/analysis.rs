@@ -155,6 +155,9 @@ fn lengths_in_another_unit_give_the_same_fit_in_that_unit() {
         let mut other = one.clone();
         other.runs.iter_mut().for_each(|run| run.r_end *= unit);
         other.point.limits.distance = Some(60.0 * unit);
+        if let Scene::Obstacles(array) = &mut other.point.scene {
+            array.box_size *= unit;
+        }
         let (mut expected, found) = (numbers(&lambda_fit(&one, 0.0)), numbers(&lambda_fit(&other, 0.0)));
         expected[..4].iter_mut().flatten().for_each(|length| *length *= unit);
         for (a, b) in expected.iter().zip(found) {

@@ -1,5 +1,6 @@
 //! `meniscus compare DIR --over KEY`: by how much neighbouring points of a grid differ, seed by seed.
 
+use crate::cli::fit::displacement;
 use crate::cli::output::deliver;
 use crate::cli::{CommandResult, store_here};
 use crate::parameters::PARAMETERS;
@@ -26,7 +27,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "VALUE", num_args = 2, allow_negative_numbers = true)]
     values: Vec<f64>,
     /// Leave out of decay lengths what lies before this displacement, in sigma
-    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = super::fit::displacement)]
+    #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = displacement)]
     from: f64,
     /// How to write the ratios: table, or a row for each pair as csv, json or parquet
     #[arg(long, default_value = "table")]

@@ -55,8 +55,8 @@ lambda     decay length of the survival probability P(r) = exp(-r/lambda), in si
         header: "k [95%]",
         cell: |row| or_nothing(shape_text(&row.lambda)),
         note: "\
-k          where its 95% interval leaves out 1, P(r) = exp(-(r/b)^k) fits better: above 1 droplets clog
-           more easily the farther they have come
+k          95% interval of the shape of P(r) = exp(-(r/b)^k). Where it leaves out 1, survival is not
+           exponential; above 1 droplets clog the more easily the farther they have come
 ",
     },
     Column {
@@ -216,10 +216,10 @@ fn p_text(p: f64) -> String {
     number + if p < DOUBTFUL { " *" } else { "  " }
 }
 
-/// `0.92 .. 1.35`.
+/// `0.92–1.35`.
 fn shape_text(fit: &LambdaFit) -> Option<String> {
     let [low, high] = [fit.weibull_low?, fit.weibull_high?].map(|end| significant(end, 2));
-    Some(format!("{low} .. {high}"))
+    Some(format!("{low}–{high}"))
 }
 
 /// Whether time cut off so many runs that lambda depends on what would have become of them.

@@ -15,7 +15,7 @@ fn an_export_holds_every_table_and_a_manifest_that_says_what_they_are() {
     drop(filled(dir.path(), &[ring(0.3), soft(1.0)], 5, 7, 4));
     let out = place.path().join("new/out");
     let files = export(dir.path(), &out, Format::Parquet).unwrap();
-    assert_eq!(files.len(), 8);
+    assert_eq!(files.len(), 10);
     let manifest = manifest(&out);
     let rows = |table: &str| {
         manifest["tables"].as_array().unwrap().iter().find(|t| t["name"] == table).unwrap()["rows"].clone()

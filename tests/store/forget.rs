@@ -262,7 +262,7 @@ fn fits_made_with_runs_that_go_go_too_and_others_stay() {
     let of = |lines: [&str; 3]| lines.map(str::to_owned).to_vec();
     assert_eq!(fitted(dir.path()), [of(["1.0,5", "2.0,5", "3.0,3"]), of(["1.0,5", "2.0,5", "3.0,3"])]);
     let told = forgettable(dir.path(), "goes").unwrap();
-    assert_eq!((told.points, told.fits), (1, 4));
+    assert_eq!((told.points, told.fits), (1, 8), "of two points, decay length, speed and two steps of survival each");
     let place = forgotten(dir.path(), "goes");
     assert_eq!(fitted(dir.path()), [["3.0,3"], ["3.0,3"]]);
     assert_eq!(csv(dir.path(), "SELECT count(*) FROM points"), ["2"]);

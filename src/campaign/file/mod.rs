@@ -137,7 +137,11 @@ impl Campaign {
     /// for which a DP was the ring of [C24] eqs 5 to 7. Empty if it cannot be read.
     pub(crate) fn readings(text: &str) -> Vec<Self> {
         let earlier = (!text.contains("dynamics")).then(|| format!("dynamics = \"vertex\"\n{text}"));
-        [Some(text.to_owned()), earlier].into_iter().flatten().filter_map(|text| Self::parse("", &text).ok()).collect()
+        [Some(text.to_owned()), earlier]
+            .into_iter()
+            .flatten()
+            .filter_map(|text| Self::read("", &text, false).ok())
+            .collect()
     }
 
     /// Reads the text of a campaign file; `file_name` appears in the errors.
@@ -145,6 +149,11 @@ impl Campaign {
     /// # Errors
     /// All mistakes of the file, in its order; syntax errors hide those that come after parsing.
     pub fn parse(file_name: &str, text: &str) -> Result<Self, CampaignErrors> {
+        Self::read(file_name, text, true)
+    }
+
+    /// Reads a text. Where it `is_new`, what older programs took and no physics allows is a mistake too.
+    fn read(file_name: &str, text: &str, is_new: bool) -> Result<Self, CampaignErrors> {
         let mut problems = Problems::of(text);
         let (root, syntax_errors) = DeTable::parse_recoverable(text);
         for error in syntax_errors {
@@ -157,6 +166,9 @@ impl Campaign {
         }
         let (top, own) = read::file(root.get_ref(), &mut problems);
         let blocks = resolve::blocks(&top, own.as_deref(), &mut problems);
+        if is_new {
+            resolve::refuse_outdated(&top, own.as_deref(), &mut problems);
+        }
         match top.text("name") {
             Some(name) if problems.is_empty() => Ok(Self {
                 name: name.to_owned(),

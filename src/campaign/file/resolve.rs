@@ -15,14 +15,24 @@ const MOST_JOBS: u64 = 10_000_000;
 
 /// The blocks of a file; a block that has a mistake is left out, and the mistake noted.
 pub(super) fn blocks(top: &Section, own: Option<&[Section]>, problems: &mut Problems<'_>) -> Vec<Block> {
-    let views: Vec<Inherited<'_>> = match own {
-        None => vec![Inherited { top, own: None }],
-        Some(sections) => sections.iter().map(|own| Inherited { top, own: Some(own) }).collect(),
-    };
+    let views = views(top, own);
     names(top, own.unwrap_or_default(), problems);
     idle_keys(top, &views, problems);
     let mut jobs_left = MOST_JOBS;
     views.iter().filter_map(|view| block(*view, &mut jobs_left, problems)).collect()
+}
+
+/// What counts for each block.
+fn views<'s>(top: &'s Section, own: Option<&'s [Section]>) -> Vec<Inherited<'s>> {
+    match own {
+        None => vec![Inherited { top, own: None }],
+        Some(sections) => sections.iter().map(|own| Inherited { top, own: Some(own) }).collect(),
+    }
+}
+
+/// Notes what older programs ran and no physics allows.
+pub(super) fn refuse_outdated(top: &Section, own: Option<&[Section]>, problems: &mut Problems<'_>) {
+    views(top, own).into_iter().for_each(|view| falls(view, problems));
 }
 
 /// Every section has a name, and no two blocks the same.
@@ -152,7 +162,7 @@ fn values<'s>(view: Inherited<'s>, problems: &mut Problems<'_>) -> Option<(Draft
         }
     }
     sound &= chosen_once(&draft, view, problems) & one_form(view, problems) & until_is_whole(view, problems);
-    sound &= fits_dynamics(view, problems) & falls(view, problems);
+    sound &= fits_dynamics(view, problems);
     // The tree of the file keeps its keys sorted by name.
     axes.sort_by_key(|axis| axis.start);
     sound.then_some((draft, axes))
@@ -272,15 +282,15 @@ fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {
 
 /// A ring of springs under hydrostatic pressure does not fall as it should: pressure has no part along the outline, so
 /// nothing holds its vertices against the drag, which sweeps them upstream. On a plate nothing moves in the end.
-fn falls(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
+fn falls(view: Inherited<'_>, problems: &mut Problems<'_>) {
     let given = view.get("gravity").filter(|_| view.word("gravity") == Some("centroid"));
     let is_ring = view.word("model") == Some("DP") && view.word("dynamics") == Some("vertex");
-    let (Some(given), true, true) = (given, is_ring, view.word("scene") != Some("plate")) else { return true };
-    problems
-        .note(&given.span, "the drag on a ring of springs that falls under it sweeps the vertices upstream")
-        .key(&given.path)
-        .help("write dynamics = \"darcy\", which is hydrostatic by itself, or gravity = \"vertex\"");
-    false
+    if let (Some(given), true, true) = (given, is_ring, view.word("scene") != Some("plate")) {
+        problems
+            .note(&given.span, "the drag on a ring of springs that falls under it sweeps the vertices upstream")
+            .key(&given.path)
+            .help("write dynamics = \"darcy\", which is hydrostatic by itself, or gravity = \"vertex\"");
+    }
 }
 
 /// Whether a number lies in the range that holds for the model of this block; only `e_w` has one for each model.
