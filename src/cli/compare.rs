@@ -3,8 +3,8 @@
 use crate::cli::fit::displacement;
 use crate::cli::output::deliver;
 use crate::cli::{CommandResult, store_here};
-use crate::parameters::PARAMETERS;
-use crate::report::comparison::{COLUMNS, pairs, rows, text};
+use crate::parameters::{PARAMETERS, Short};
+use crate::report::comparison::{COLUMNS, pairs, rows, text, values as values_of};
 use crate::store::{Format, StoreError, open_reading, point_runs, write_rows};
 use std::io::Write;
 use std::path::PathBuf;
@@ -41,12 +41,27 @@ fn axis(text: &str) -> Result<&'static str, String> {
 }
 
 impl Arguments {
+    /// Why nothing can be compared, and what can.
+    fn no_pair(&self, known: &[f64]) -> String {
+        let key = self.over;
+        match known {
+            [] => format!("no two points of the store differ in {key} alone; try another key"),
+            known => {
+                let shown: Vec<String> = known.iter().map(|value| Short(*value).to_string()).collect();
+                format!("no two points have these values of {key}; there are: {}", shown.join(", "))
+            }
+        }
+    }
+
     /// Runs the subcommand.
     pub(super) fn run(&self) -> CommandResult {
         let dir = store_here(self.store.as_deref())?;
         let points = point_runs(&open_reading(&dir)?.ok_or_else(|| StoreError::Missing(dir.clone()))?)?;
         let values = <[f64; 2]>::try_from(&self.values[..]).ok();
         let pairs = pairs(&points, self.over, values, self.from);
+        if pairs.is_empty() {
+            return Err(self.no_pair(&values_of(&points, self.over)).into());
+        }
         deliver(self.format, None, |out: &mut dyn Write| match self.format {
             Format::Table => out.write_all(text(&pairs, self.over, self.from).as_bytes()),
             format => write_rows(&COLUMNS, rows(&pairs, self.over), format, out),

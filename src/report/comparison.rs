@@ -20,8 +20,9 @@ ratio      of the second point over the first, over the seeds that both have; sp
            that flow at both
 [a, b]     its 95% interval, by the studentised bootstrap over seeds
 z          its logarithm over the standard error of that
-p          chance of a ratio as far from 1 if the points do not differ, adjusted for all rows (Holm);
-           it is at least 1e-4 times their number
+p          one less the level of the widest interval that leaves out 1, adjusted for all rows (Holm); at
+           least 2e-4 times their number
+-          fewer than five common seeds, too few clogs, or all but a few droplets end in the same places
 ";
 
 /// Two points of a series, and their ratios.
@@ -61,11 +62,17 @@ pub(crate) fn pairs<'a>(points: &'a [PointRuns], axis: &str, values: Option<[f64
     pairs
 }
 
+/// The values of an axis at the points that differ in it alone.
+pub(crate) fn values(points: &[PointRuns], axis: &str) -> Vec<f64> {
+    let mut values: Vec<f64> =
+        series(points, axis).iter().flat_map(|series| series.0.iter().map(|(value, _)| *value)).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
+}
+
 /// The table of the pairs along an axis.
 pub(crate) fn text(pairs: &[Pair<'_>], axis: &str, from: f64) -> String {
-    if pairs.is_empty() {
-        return format!("No two points differ in {axis} alone.\n");
-    }
     let parameters: Vec<&Point> = pairs.iter().map(|pair| &pair.points[0].point).collect();
     let split = split(&parameters);
     let keys: Vec<usize> = (0..split.varying.len()).filter(|&key| !follows(split.varying[key], axis)).collect();
@@ -150,45 +157,54 @@ pub(crate) fn rows(pairs: &[Pair<'_>], axis: &str) -> Vec<Vec<Value>> {
     pairs.iter().map(row).collect()
 }
 
-/// What each axis of four points and more says about lambda: a line for each series, or nothing.
+/// What each axis of four points and more says about lambda: a table for each axis, or nothing.
 pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
-    let mut lines = Vec::new();
-    for axis in axes(points, FEWEST_POINTS) {
-        let long: Vec<_> = series(points, axis).into_iter().filter(|series| series.0.len() >= FEWEST_POINTS).collect();
-        let found: Vec<_> = long.par_iter().map(|series| (series, monotonic(series, from))).collect();
-        let known = found.into_iter().filter_map(|(series, found)| Some((series, found?)));
-        lines.extend(known.map(|(series, found)| line(axis, series, &found)));
-    }
-    if lines.is_empty() {
-        return String::new();
-    }
-    format!("\nIs lambda monotonic?\n{}{MONOTONY_NOTE}", lines.concat())
+    let tables: String = axes(points, FEWEST_POINTS)
+        .into_iter()
+        .filter_map(|axis| {
+            let long = series(points, axis).into_iter().filter(|series| series.0.len() >= FEWEST_POINTS);
+            let long: Vec<Series<'_>> = long.collect();
+            let found: Vec<_> = long.par_iter().map(|series| Some((series, monotonic(series, from)?))).collect();
+            let known: Vec<_> = found.into_iter().flatten().collect();
+            (!known.is_empty()).then(|| monotony_table(axis, &known))
+        })
+        .collect();
+    if tables.is_empty() { tables } else { format!("\n{tables}{MONOTONY_NOTE}") }
 }
 
 const MONOTONY_NOTE: &str = "\
-p          chance of a rise, or of a fall, as certain as that somewhere on the axis if there is none; the
-           larger of both is that of a monotonic lambda. The error of the discretisation is not in it
+rise, fall the most certain ones, from one value to the other; p is the chance of one as certain somewhere
+           on the axis if there is none. Where lambda is monotonic, the larger p is above 0.05 in 95% of
+           all cases. The error of the discretisation is not in it
 ";
 
-fn line(axis: &str, series: &Series<'_>, found: &Monotonic) -> String {
-    let [first, last] = [series.0.first(), series.0.last()].map(|end| end.map_or(f64::NAN, |(value, _)| *value));
-    let number = |value: f64| significant(value, 6);
-    let slope = |slope: &crate::study::survival::monotonic::Slope| {
-        let [a, b] = slope.between.map(number);
-        format!("from {a} to {b}, p = {}", significant(slope.p, 2))
+fn monotony_table(axis: &str, known: &[(&Series<'_>, Monotonic)]) -> String {
+    let first = |series: &Series<'_>| series.0.first().map(|(_, point)| point.point.clone());
+    let parameters: Vec<Point> = known.iter().filter_map(|(series, _)| first(series)).collect();
+    let split = split(&parameters.iter().collect::<Vec<_>>());
+    let keys: Vec<usize> = (0..split.varying.len()).filter(|&key| !follows(split.varying[key], axis)).collect();
+    let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
+    headers.extend(["values", "lambda", "rise", "p", "fall", "p"].map(str::to_owned));
+    let row = |&at: &usize| {
+        let (series, found) = &known[at];
+        let mut cells: Vec<String> = keys.iter().map(|&key| split.rows[at][key].clone()).collect();
+        cells.extend([series.0.len().to_string(), verdict(found).to_owned()]);
+        for slope in [found.rise, found.fall] {
+            cells.push(slope.between.map(|value| significant(value, 6)).join(" -> "));
+            cells.push(significant(slope.p, 2));
+        }
+        cells
     };
-    let verdict = match found.p() {
-        p if p < 0.05 => "not monotonic",
-        _ if found.rise.p < 0.05 => "it rises",
-        _ if found.fall.p < 0.05 => "it falls",
-        _ => "not decided",
-    };
-    format!(
-        "  {axis} from {} to {} ({} points): {verdict}; most certain rise {}; most certain fall {}\n",
-        number(first),
-        number(last),
-        series.0.len(),
-        slope(&found.rise),
-        slope(&found.fall)
-    )
+    let rows = split.order.iter().map(row).collect();
+    let title = format!("Is lambda monotonic along {axis}?");
+    TextTable { title, headers, rows, names: 0, keys: keys.len() }.text()
+}
+
+fn verdict(found: &Monotonic) -> &'static str {
+    match (found.rise.p < 0.05, found.fall.p < 0.05) {
+        (true, true) => "rises and falls",
+        (true, false) => "rises",
+        (false, true) => "falls",
+        (false, false) => "not decided",
+    }
 }

@@ -23,6 +23,10 @@ use rand_chacha::rand_core::SeedableRng;
 /// A comparison needs at least this many common seeds.
 const FEWEST_SEEDS: usize = 5;
 
+/// So many seeds at least have to carry the difference; where nearly all droplets of two points end in the same places, the
+/// few others say nothing of the rest.
+const FEWEST_CARRIERS: f64 = 5.0;
+
 /// Number of resamples.
 const RESAMPLES: usize = 9999;
 
@@ -45,7 +49,7 @@ pub struct Ratio {
     pub high: f64,
     /// Its logarithm over the standard error of that.
     pub z: f64,
-    /// Probability of a ratio as far from 1, or further, if the points do not differ; at least 1e-4.
+    /// One less the level of the widest interval that leaves out 1; at least 2e-4.
     pub p: f64,
 }
 
@@ -53,7 +57,7 @@ pub struct Ratio {
 type Share = [f64; 4];
 
 /// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than five common seeds, or so
-/// few clogs that a resample may have none.
+/// few clogs that a resample may have none, or where fewer than five seeds carry the difference.
 pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<Ratio> {
     let share = |runs: &PointRuns, run: &FinishedRun| {
         let life = lifetime_of(runs, run);
@@ -92,6 +96,9 @@ fn ratio(shares: &[Share]) -> Option<Ratio> {
         return None;
     }
     let (logarithm, error) = estimate(shares.iter())?;
+    if carriers(shares) < FEWEST_CARRIERS {
+        return None;
+    }
     let z = logarithm / error;
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut chosen = vec![0; shares.len()];
@@ -108,34 +115,48 @@ fn ratio(shares: &[Share]) -> Option<Ratio> {
     deviations.sort_by(f64::total_cmp);
     let tail = (deviations.len() + 1) / 40;
     let (smallest, largest) = (deviations[tail - 1], deviations[deviations.len() - tail]);
-    let further = deviations.iter().filter(|deviation| deviation.abs() >= z.abs()).count();
+    let tail = |beyond: &dyn Fn(f64) -> bool| 1 + deviations.iter().filter(|deviation| beyond(**deviation)).count();
+    let further = tail(&|deviation| deviation <= z).min(tail(&|deviation| deviation >= z));
     Some(Ratio {
         seeds: shares.len() as u32,
         ratio: libm::exp(logarithm),
         low: libm::exp(logarithm - largest * error),
         high: libm::exp(logarithm - smallest * error),
         z,
-        p: (1 + further) as f64 / (1 + deviations.len()) as f64,
+        p: (2.0 * further as f64 / (1 + deviations.len()) as f64).min(1.0),
     })
+}
+
+/// How many seeds carry the difference: `(sum psi^2)^2/sum psi^4`, which is n if all do alike.
+fn carriers(shares: &[Share]) -> f64 {
+    let sums = sums(shares.iter());
+    let squares = shares.iter().map(|share| influence(share, &sums)).map(|psi| psi * psi);
+    let (second, fourth) =
+        squares.fold((0.0, 0.0), |(second, fourth), square| (second + square, fourth + square * square));
+    second * second / fourth
+}
+
+/// The sums over seeds.
+fn sums<'a>(shares: impl Iterator<Item = &'a Share>) -> Share {
+    shares.fold([0.0; 4], |mut sums, share| {
+        sums.iter_mut().zip(share).for_each(|(sum, value)| *sum += value);
+        sums
+    })
+}
+
+/// The influence of a seed on the logarithm of the ratio, over the number of seeds.
+fn influence([a, b, c, d]: &Share, sums: &Share) -> f64 {
+    c / sums[2] - d / sums[3] - a / sums[0] + b / sums[1]
 }
 
 /// The logarithm of the ratio, and its standard error; `None` where a sum is zero or nothing varies.
 fn estimate<'a>(shares: impl Iterator<Item = &'a Share> + Clone) -> Option<(f64, f64)> {
-    let (mut sums, mut n) = ([0.0; 4], 0.0);
-    for share in shares.clone() {
-        sums.iter_mut().zip(share).for_each(|(sum, value)| *sum += value);
-        n += 1.0;
-    }
+    let (sums, n) = (sums(shares.clone()), shares.clone().count() as f64);
     if !sums.iter().all(|&sum| sum > 0.0) {
         return None;
     }
-    let squares: f64 = shares
-        .map(|[a, b, c, d]| {
-            let influence = n * (c / sums[2] - d / sums[3] - a / sums[0] + b / sums[1]);
-            influence * influence
-        })
-        .sum();
-    let error = (squares / (n * (n - 1.0))).sqrt();
+    let squares: f64 = shares.map(|share| influence(share, &sums)).map(|psi| psi * psi).sum();
+    let error = (squares * n / (n - 1.0)).sqrt();
     let logarithm = libm::log(sums[2] / sums[3]) - libm::log(sums[0] / sums[1]);
     (error > 1e-9).then_some((logarithm, error))
 }

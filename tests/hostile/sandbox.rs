@@ -97,6 +97,12 @@ impl Sandbox {
         let _ = std::fs::remove_file(self.store().join("store.db.seal"));
     }
 
+    /// The number of the schema of the store.
+    pub fn schema(&self) -> u32 {
+        let conn = Connection::open(self.store().join("store.db")).unwrap();
+        conn.pragma_query_value(None, "user_version", |row| row.get(0)).unwrap()
+    }
+
     /// The id of a job of the store.
     pub fn a_job(&self) -> String {
         let conn = Connection::open(self.store().join("store.db")).unwrap();

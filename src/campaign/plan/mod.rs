@@ -7,6 +7,7 @@
 mod cost;
 mod effects;
 mod integrators;
+mod repeats;
 mod rounds;
 mod switches;
 mod text;
@@ -18,6 +19,7 @@ mod tests;
 
 pub use cost::{Cost, Speed};
 pub use effects::Effect;
+pub use repeats::Repeats;
 pub use rounds::Rounds;
 pub use switches::Switch;
 pub use text::Ends;
@@ -125,6 +127,8 @@ pub struct BlockPlan {
     pub ends: Vec<(&'static str, Option<Ends>)>,
     /// The points whose time limit leaves a droplet no time to come to rest.
     pub short_time: Option<ShortTime>,
+    /// Where droplets may go round the periodic box, if anywhere.
+    pub repeats: Option<Repeats>,
     /// Where on the grid the campaign chooses otherwise.
     pub switches: Vec<Switch>,
     /// The rounds of `until`.
@@ -254,6 +258,7 @@ fn describe(block: &Block, counts: Counts, cost: Cost, speed: &Speed) -> Option<
         effects: effects::of(&block.points),
         ends: ENDS.iter().filter_map(|name| Some((*name, ends_of(block, name)?))).collect(),
         short_time: time::short(&block.points),
+        repeats: repeats::repeats(&block.points),
         switches: switches::of(block),
         rounds: Rounds::of(block, speed),
         memory: block.points.iter().map(|point| run_bytes(point)).fold(0.0, f64::max),

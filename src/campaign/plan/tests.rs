@@ -229,6 +229,27 @@ fn a_plan_tells_the_rounds_of_until_and_their_largest_cost() {
 }
 
 #[test]
+fn a_way_beyond_the_box_is_warned_of() {
+    let plan = |limits: &str| {
+        let body = format!(
+            "model = \"SP\"\nw_ob = 0.2\nbox_size = 60.0\nruns_per_point = 1\ngrid.e_w = [1.0, 2.0]\nlimits = {{ {limits} }}"
+        );
+        fresh(&campaign(&body))
+    };
+    for (limits, way) in [
+        ("distance = 60.0", None),
+        ("t_max = 2e3", None),
+        ("distance = 61.0", Some(61.0)),
+        ("t_max = 1e5", Some(3000.0)),
+    ] {
+        let plan = plan(limits);
+        assert_eq!(plan.blocks[0].repeats.map(|repeats| repeats.way), way, "{limits}");
+        let text = plan.render(1);
+        assert_eq!(text.contains("meets the same obstacles again after box_size = 60"), way.is_some(), "{text}");
+    }
+}
+
+#[test]
 fn a_time_limit_that_leaves_no_time_to_come_to_rest_is_warned_of() {
     let limits = |limits: &str| {
         fresh(&campaign(&format!("model = \"SP\"\nw_ob = 0.2\ne_w = 1.0\nruns_per_point = 1\nlimits = {{ {limits} }}")))

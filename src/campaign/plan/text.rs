@@ -2,7 +2,7 @@
 
 use crate::campaign::durations::written_s;
 use crate::campaign::memory::size;
-use crate::campaign::plan::{BlockPlan, Cost, Plan, ShortTime, Switch};
+use crate::campaign::plan::{BlockPlan, Cost, Plan, Repeats, ShortTime, Switch};
 use crate::parameters::{Integrator, Short, cut_to_three_digits};
 use std::fmt::{self, Write};
 
@@ -54,6 +54,9 @@ impl BlockPlan {
         if let Some(short) = &self.short_time {
             writeln!(out, "  warning  {}", self.short_text(short))?;
         }
+        if let Some(repeats) = &self.repeats {
+            writeln!(out, "  warning  {}", self.repeats_text(repeats))?;
+        }
         for chosen in &self.integrators {
             let at = match chosen.points {
                 all if all == self.points => String::new(),
@@ -76,8 +79,23 @@ impl BlockPlan {
         writeln!(out, "  cost     {}", CostText(self.cost, threads))
     }
 
+    fn repeats_text(&self, Repeats { points, way, box_size }: &Repeats) -> String {
+        format!(
+            "a droplet may go {} sigma{}, and meets the same obstacles again after box_size = {}: decay lengths count runs \
+             as cut off there; give a larger box_size, or a distance below it",
+            Short(cut_to_three_digits(*way)),
+            self.at(*points),
+            Short(*box_size)
+        )
+    }
+
+    /// ` at 3 of 5 points`, or nothing if it is all of them.
+    fn at(&self, points: usize) -> String {
+        if points == self.points { String::new() } else { format!(" at {points} of {} points", self.points) }
+    }
+
     fn short_text(&self, ShortTime { points, t_max, needed }: &ShortTime) -> String {
-        let at = if *points == self.points { String::new() } else { format!(" at {points} of {} points", self.points) };
+        let at = self.at(*points);
         format!(
             "t_max = {} is short{at}: to flow the whole way and then come to rest may take {} t0; a run that is cut off \
              before it rests does not count as a clog",
