@@ -37,7 +37,7 @@ impl Evidence {
         point.runs.retain(|run| seeds.contains(&run.seed));
         let (value, low, high) = match until.estimate {
             Estimate::Lambda => {
-                let fit = lambda_fit(&point, 0.0);
+                let fit = lambda_fit(&point, until.from);
                 (fit.lambda, fit.lambda_low, fit.lambda_high)
             }
             Estimate::Speed => {

@@ -3,7 +3,9 @@
 //! A table has a column for each parameter that varies over its rows and names the others in its title. Rows are
 //! sorted by those columns. The lines under the last table say what the columns mean.
 
-use crate::parameters::{PARAMETERS, Parameter, Point, PointId, Scene};
+use crate::campaign::choose::discretisation::discretisation_error;
+use crate::campaign::choose::tolerance::Kind;
+use crate::parameters::{Model, PARAMETERS, Parameter, Point, PointId, Scene};
 use crate::report::parameters::split;
 use crate::report::rounding::{lower_bound, significant, to_precision, with_interval};
 use crate::report::text_table::{NOTHING, TextTable, terminal_width};
@@ -134,7 +136,7 @@ pub fn decay_lengths(points: &[FittedPoint]) -> String {
     let cells = |row: &FittedPoint| columns.iter().map(|column| (column.cell)(row)).collect();
     let notes = |rows: &[&FittedPoint]| {
         let notes: String = columns.iter().map(|column| column.note).collect();
-        notes + &lambda_remarks(rows)
+        notes + &discretisation(rows, Kind::Clog) + &lambda_remarks(rows)
     };
     let from = rows.first().map_or(0.0, |row| row.lambda.r_from);
     let what = if from > 0.0 { format!("Decay lengths beyond {from} sigma") } else { "Decay lengths".to_owned() };
@@ -145,7 +147,13 @@ pub fn decay_lengths(points: &[FittedPoint]) -> String {
 pub fn mean_speeds(points: &[FittedPoint]) -> String {
     let headers = ["flowing/runs", "<v_g>/V_t [95%]", "Ca"];
     let rows: Vec<&FittedPoint> = points.iter().collect();
-    tables("Mean speeds", &rows, &headers, |row| speed_cells(&row.speed), |_| SPEED_NOTE.to_owned())
+    tables(
+        "Mean speeds",
+        &rows,
+        &headers,
+        |row| speed_cells(&row.speed),
+        |rows| SPEED_NOTE.to_owned() + &discretisation(rows, Kind::Flow),
+    )
 }
 
 /// What follows the tables of a campaign where the store holds finished runs of seeds that it does not ask for; nothing
@@ -236,6 +244,26 @@ fn shares(row: &FittedPoint) -> Option<String> {
     };
     let all = [Mechanism::Wrap, Mechanism::Squeeze, Mechanism::Hybrid];
     (!known.is_empty()).then(|| all.map(percent).join("/"))
+}
+
+/// The error of the discretisation, which no interval holds: as it was measured, by ring, or that it was not.
+fn discretisation(rows: &[&FittedPoint], wanted: Kind) -> String {
+    let mut found = BTreeSet::new();
+    for point in rows.iter().map(|row| &row.point.point) {
+        let Model::Deformable(ring) = &point.model else { continue };
+        let error = discretisation_error(point).filter(|(kind, _)| *kind == wanted);
+        let error = error.map_or("not measured".to_owned(), |(_, error)| format!("{}%", significant(100.0 * error, 2)));
+        found.insert(format!("{error} ({}, n_vertices = {})", ring.dynamics.name(), ring.n_vertices));
+    }
+    if found.is_empty() {
+        return String::new();
+    }
+    let found: Vec<String> = found.into_iter().collect();
+    let text = format!(
+        "The intervals do not hold the error of the discretisation: {}; see docs/accuracy.md.",
+        found.join(", ")
+    );
+    wrap(&text) + "\n"
 }
 
 /// Sentences about what stands out in the rows.

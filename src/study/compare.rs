@@ -25,7 +25,7 @@ const FEWEST_SEEDS: usize = 5;
 
 /// So many seeds at least have to carry the difference; where nearly all droplets of two points end in the same places, the
 /// few others say nothing of the rest.
-const FEWEST_CARRIERS: f64 = 5.0;
+const FEWEST_CARRIERS: f64 = 4.0;
 
 /// Number of resamples.
 const RESAMPLES: usize = 9999;
@@ -57,7 +57,7 @@ pub struct Ratio {
 type Share = [f64; 4];
 
 /// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than five common seeds, or so
-/// few clogs that a resample may have none, or where fewer than five seeds carry the difference.
+/// few clogs that a resample may have none, or where fewer than four seeds carry the difference.
 pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<Ratio> {
     let share = |runs: &PointRuns, run: &FinishedRun| {
         let life = lifetime_of(runs, run);

@@ -79,7 +79,8 @@ impl Draft {
     pub(super) fn until(&self) -> Option<Until> {
         let estimate = if self.word("estimate") == "v_g" { Estimate::Speed } else { Estimate::Lambda };
         let max_runs = self.number("max_runs") as u64;
-        self.maybe("relative_error").map(|relative_error| Until { estimate, relative_error, max_runs })
+        let from = self.number("fit_from");
+        self.maybe("relative_error").map(|relative_error| Until { estimate, relative_error, max_runs, from })
     }
 
     /// The tolerance that chooses vertices and stepping; `None` where they are given, and for a soft particle.

@@ -91,6 +91,8 @@ pub struct Until {
     pub relative_error: f64,
     /// Most seeds of a point.
     pub max_runs: u64,
+    /// The displacement from which on runs count in decay lengths, in sigma.
+    pub from: f64,
 }
 
 /// What a point is asked for.

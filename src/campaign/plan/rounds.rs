@@ -29,7 +29,7 @@ impl Rounds {
 
 impl fmt::Display for Rounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { until: Until { estimate, relative_error, max_runs }, runs, most_s } = self;
+        let Self { until: Until { estimate, relative_error, max_runs, .. }, runs, most_s } = self;
         let (of, most) = (if *estimate == Estimate::Lambda { "lambda" } else { "v_g" }, (*max_runs).max(*runs));
         let next = [2, 4].map(|times| times * runs).into_iter().filter(|next| *next < most);
         let runs: String = next.map(|next| format!("{next}, ")).fold(format!("{runs}, "), |runs, next| runs + &next);
