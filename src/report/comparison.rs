@@ -208,3 +208,54 @@ fn verdict(found: &Monotonic) -> &'static str {
         (false, false) => "not decided",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::{Density, Model, ObstacleField, Scene, Soft};
+    use crate::results::{fits::FinishedRun, trajectory::Outcome};
+
+    /// Points of these decay lengths along e_w = 1, 2, ...; the droplets of a seed go equally many of them.
+    fn points(lambdas: &[f64]) -> Vec<PointRuns> {
+        let made = lambdas.iter().enumerate().map(|(k, lambda)| {
+            let array = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 5000.0 };
+            let point = Point::new(Model::Soft(Soft { e_w: 1.0 + k as f64 }), Scene::Obstacles(array));
+            let run = |seed: u64| {
+                let chance = (seed as f64 + 0.5) / 40.0;
+                // What is not common is a tenth, and differs from point to point.
+                let own = 0.1 * ((7 * seed + 11 * k as u64) % 40) as f64 / 40.0;
+                let r_end = lambda * (own - libm::log(chance));
+                let (outcome, v_g_mean) = (Outcome::Clogged, None);
+                FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean, mechanism: None, arrested: None }
+            };
+            PointRuns { point_id: point.id(), point, runs: (0..40).map(run).collect() }
+        });
+        made.collect()
+    }
+
+    #[test]
+    fn neighbours_on_an_axis_or_two_values_are_compared() {
+        let points = points(&[5.0, 20.0, 20.0, 5.0]);
+        let neighbours = pairs(&points, "e_w", None, 0.0);
+        assert_eq!(neighbours.iter().map(|pair| pair.values).collect::<Vec<_>>(), [[1.0, 2.0], [2.0, 3.0], [3.0, 4.0]]);
+        let ratios: Vec<f64> = neighbours.iter().map(|pair| pair.lambda.unwrap().ratio).collect();
+        assert!((ratios[0] - 4.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.1 && (ratios[2] - 0.25).abs() < 0.02);
+        let text = text(&neighbours, "e_w", 0.0);
+        assert!(text.contains("1 -> 2") && text.contains("lambda ratio"), "{text}");
+        let two = pairs(&points, "e_w", Some([1.0, 3.0]), 0.0);
+        assert_eq!((two.len(), rows(&two, "e_w")[0].len()), (1, COLUMNS.len()));
+        assert!(
+            pairs(&points, "e_w", Some([1.0, 9.0]), 0.0).is_empty() && pairs(&points, "w_ob", None, 0.0).is_empty()
+        );
+        assert_eq!(values(&points, "e_w"), [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn a_lambda_that_rises_and_falls_along_an_axis_is_said_to() {
+        let text = monotony(&points(&[5.0, 20.0, 20.0, 5.0]), 0.0);
+        assert!(text.contains("Is lambda monotonic along e_w?") && text.contains("rises and falls"), "{text}");
+        let falls = monotony(&points(&[40.0, 20.0, 10.0, 5.0]), 0.0);
+        assert!(falls.contains(" falls ") && !falls.contains("rises and"), "{falls}");
+        assert_eq!(monotony(&points(&[40.0, 20.0, 10.0]), 0.0), "", "three points are too few");
+    }
+}

@@ -1,9 +1,9 @@
 //! How much two grid points differ: the ratio of their decay lengths, or of their mean speeds, over common seeds.
 //!
 //! Points of one seed share the array and the start, so most of what chance does to one it does to the other too, and the
-//! ratio is known better than either number. Of the seeds i let `a_i/b_i` be what the estimate of one point is a ratio of
-//! sums of: displacements over clogs for lambda, speeds over ones for the mean speed of the droplets that flow at both
-//! points. With the influence of a seed on the logarithm of each estimate,
+//! ratio is known better than either number. An estimate is a ratio of two sums over seeds. Lambda is the sum of all
+//! displacements over the number of clogs; a mean speed is the sum of the speeds over their number, where droplets flow at
+//! both points. Let seed i add `a_i` and `b_i` to these sums. With its influence on the logarithm of each estimate,
 //!
 //! ```text
 //! psi_i = a_i/mean(a) - b_i/mean(b),
