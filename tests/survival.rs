@@ -152,7 +152,7 @@ fn coverage_of_every_interval() {
         });
         println!("| P(r) at its half | {n} | {coverage:.3} |");
     }
-    for n in [10, 30, 50] {
+    for n in [20, 30, 50] {
         let coverage = share(2_000, |random| {
             let mut both = [Vec::new(), Vec::new()];
             for seed in 0..n {

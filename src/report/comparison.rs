@@ -22,7 +22,7 @@ ratio      of the second point over the first, over the seeds that both have; sp
 z          its logarithm over the standard error of that
 p          one less the level of the widest interval that leaves out 1, adjusted for all rows (Holm); at
            least 2e-4 times their number
--          fewer than five common seeds, too few clogs, or all but a few droplets end in the same places
+-          fewer than twenty common seeds, too few clogs, or all but a few droplets end in the same places
 ";
 
 /// Two points of a series, and their ratios.

@@ -20,8 +20,8 @@ use crate::study::survival::lifetime_of;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// A comparison needs at least this many common seeds.
-const FEWEST_SEEDS: usize = 5;
+/// A comparison needs at least this many common seeds: of ten, the interval holds the truth in 82% of all cases only.
+const FEWEST_SEEDS: usize = 20;
 
 /// So many seeds at least have to carry the difference; where nearly all droplets of two points end in the same places, the
 /// few others say nothing of the rest.
@@ -56,7 +56,7 @@ pub struct Ratio {
 /// What one seed adds to the sums of both points: `[a, b, a', b']`.
 type Share = [f64; 4];
 
-/// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than five common seeds, or so
+/// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than twenty common seeds, or so
 /// few clogs that a resample may have none, or where fewer than four seeds carry the difference.
 pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<Ratio> {
     let share = |runs: &PointRuns, run: &FinishedRun| {
@@ -68,7 +68,7 @@ pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<R
 }
 
 /// The ratio of the mean speeds of the droplets that flow at both points, of `other` over `point`. `None` with fewer than
-/// five common seeds.
+/// twenty common seeds.
 pub fn speed_ratio(point: &PointRuns, other: &PointRuns) -> Option<Ratio> {
     let speed = |run: &FinishedRun| {
         let flowed = matches!(run.outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
@@ -218,7 +218,7 @@ mod tests {
     #[test]
     #[ignore = "coverage takes a minute; `cargo test --release --lib compare -- --ignored --nocapture`"]
     fn intervals_of_ratios_cover_what_they_promise() {
-        for (n, own) in [(10, 0.3), (30, 0.3), (50, 0.3), (50, 1.0)] {
+        for (n, own) in [(20, 0.3), (30, 0.3), (50, 0.3), (50, 1.0)] {
             let mut random = ChaCha8Rng::seed_from_u64(3);
             let sets = 1000;
             let covers = |_: &u32| {
@@ -228,14 +228,14 @@ mod tests {
             let covered = (0..sets).filter(covers).count();
             let share = covered as f64 / f64::from(sets);
             println!("{n} seeds, own chance {own}: {share}");
-            assert!((0.92..0.975).contains(&share) || n == 10, "{n} {own}: {share}");
+            assert!((0.92..0.975).contains(&share), "{n} {own}: {share}");
         }
     }
 
     #[test]
     fn few_seeds_or_no_clogs_give_no_ratio() {
-        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 4]), None);
-        assert_eq!(ratio(&[[1.0, 0.0, 2.0, 1.0]; 9]), None);
-        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 9]), None, "nothing varies");
+        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 19]), None);
+        assert_eq!(ratio(&[[1.0, 0.0, 2.0, 1.0]; 30]), None);
+        assert_eq!(ratio(&[[1.0, 1.0, 2.0, 1.0]; 30]), None, "nothing varies");
     }
 }
