@@ -12,6 +12,7 @@ use meniscus::study::survival::{kaplan_meier::steps, lambda_fit, survival_curve,
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
+use std::process::Command;
 
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
@@ -99,7 +100,9 @@ fn what_lies_before_a_displacement_can_be_left_out() {
 fn share(sets: u64, holds: impl Fn(&mut ChaCha8Rng) -> Option<bool> + Sync) -> f64 {
     let answers: Vec<bool> =
         (0..sets).into_par_iter().filter_map(|set| holds(&mut ChaCha8Rng::seed_from_u64(set))).collect();
-    answers.iter().filter(|held| **held).count() as f64 / answers.len() as f64
+    let share = answers.iter().filter(|held| **held).count() as f64 / answers.len() as f64;
+    assert!((0.91..0.995).contains(&share), "{share} of {} answers", answers.len());
+    share
 }
 
 /// Coverage of the interval of lambda = 24 from `n` runs of which `censored` are cut off, those before `from` left out.
@@ -177,3 +180,33 @@ fn coverage_of_every_interval() {
 
 /// S'/d' over S/d of those pairs, from 4e7 seeds.
 const TRUE_RATIO: f64 = 0.7272;
+
+#[test]
+fn the_command_compares_and_names_what_there_is_to_compare() {
+    let dir = tempfile::tempdir().unwrap();
+    let meniscus = |arguments: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_meniscus")).args(arguments).current_dir(dir.path()).output().unwrap();
+        let said = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(said).unwrap())
+    };
+    let campaign = "name = \"two\"\nmodel = \"SP\"\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 1.4\n\
+                    box_size = 20.0\nruns_per_point = 40\nfit_from = 0.1\ngrid = { e_w = [3.0, 30.0] }\n\
+                    limits = { t_max = 2e3, distance = 10.0 }\n";
+    std::fs::write(dir.path().join("two.toml"), campaign).unwrap();
+    let (code, said) = meniscus(&["run", "two.toml"]);
+    assert!(code == Some(0) && said.contains("Decay lengths beyond 0.1 sigma"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "e_w", "--format", "csv"]);
+    let row = said.lines().nth(1).unwrap_or_default();
+    assert!(code == Some(0) && row.contains(",e_w,3.0,30.0,40,"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "e_w", "--from", "0.2", "--values", "3", "30"]);
+    assert!(code == Some(0) && said.contains("3 -> 30") && said.contains("beyond 0.2 sigma"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "e_w", "--values", "3", "31"]);
+    assert!(code == Some(1) && said.contains("no two points have these values of e_w; there are: 3, 30"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "w_ob"]);
+    assert!(code == Some(1) && said.contains("differ in w_ob alone; they do in e_w"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "gama"]);
+    assert!(code == Some(2) && said.contains("meniscus keys"), "{said}");
+    let (code, said) = meniscus(&["fit", "--from", "50"]);
+    assert!(code == Some(0) && said.contains("give a smaller displacement"), "{said}");
+}

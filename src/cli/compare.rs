@@ -6,14 +6,15 @@ use crate::cli::{CommandResult, store_here};
 use crate::parameters::{PARAMETERS, Short};
 use crate::report::comparison::{COLUMNS, pairs, rows, text, values as values_of};
 use crate::store::{Format, StoreError, open_reading, point_runs, write_rows};
+use crate::study::series::axes;
 use std::io::Write;
 use std::path::PathBuf;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Points of one seed share the obstacles and the start, so the ratio of two points is known better than either number. Along
-the axis each point is compared with the next one, or two values are compared:
+Points whose arrays have the same parameters share the obstacles and the start of a seed, so their ratio is known better than
+either number. Along the axis each point is compared with the next one, or two values are compared:
 
   meniscus compare clogging_sp.meniscus --over e_w
   meniscus compare clogging_sp.meniscus --over e_w --values 5 20")]
@@ -42,10 +43,11 @@ fn axis(text: &str) -> Result<&'static str, String> {
 
 impl Arguments {
     /// Why nothing can be compared, and what can.
-    fn no_pair(&self, known: &[f64]) -> String {
+    fn no_pair(&self, known: &[f64], keys: &[&str]) -> String {
         let key = self.over;
         match known {
-            [] => format!("no two points of the store differ in {key} alone; try another key"),
+            [] if keys.is_empty() => "no two points of the store differ in one key alone".to_owned(),
+            [] => format!("no two points of the store differ in {key} alone; they do in {}", keys.join(", ")),
             known => {
                 let shown: Vec<String> = known.iter().map(|value| Short(*value).to_string()).collect();
                 format!("no two points have these values of {key}; there are: {}", shown.join(", "))
@@ -60,7 +62,7 @@ impl Arguments {
         let values = <[f64; 2]>::try_from(&self.values[..]).ok();
         let pairs = pairs(&points, self.over, values, self.from);
         if pairs.is_empty() {
-            return Err(self.no_pair(&values_of(&points, self.over)).into());
+            return Err(self.no_pair(&values_of(&points, self.over), &axes(&points, 2)).into());
         }
         deliver(self.format, None, |out: &mut dyn Write| match self.format {
             Format::Table => out.write_all(text(&pairs, self.over, self.from).as_bytes()),

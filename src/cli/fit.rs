@@ -91,7 +91,7 @@ pub(super) fn fit(
     let exit = show(&fits)?;
     if let Some(error) = unsaved.filter(|_| !quiet) {
         say(format!(
-            "note: these fits are not kept in the store, so lambda_fits and speed_averages stay as they were: {error}"
+            "note: these fits are not kept in the store, so lambda_fits, speed_averages and survival stay as they were: {error}"
         ));
     }
     Ok(exit)

@@ -1,7 +1,7 @@
 //! Comparisons along an axis of a grid: ratios of neighbouring points, and whether lambda is monotonic.
 
 use crate::parameters::Point;
-use crate::report::parameters::split;
+use crate::report::parameters::{Split, split};
 use crate::report::rounding::{significant, with_interval};
 use crate::report::text_table::{NOTHING, TextTable};
 use crate::results::fits::PointRuns;
@@ -11,6 +11,7 @@ use crate::study::series::{Series, axes, series};
 use crate::study::survival::monotonic::{Monotonic, monotonic};
 use rayon::prelude::*;
 use rusqlite::types::Value;
+use std::collections::BTreeSet;
 
 /// An axis with fewer points says nothing about monotony.
 const FEWEST_POINTS: usize = 4;
@@ -20,8 +21,8 @@ ratio      of the second point over the first, over the seeds that both have; sp
            that flow at both
 [a, b]     its 95% interval, by the studentised bootstrap over seeds
 z          its logarithm over the standard error of that
-p          one less the level of the widest interval that leaves out 1, adjusted for all rows (Holm); at
-           least 2e-4 times their number
+p          one less the level of the widest interval that leaves out 1, adjusted for the rows of its
+           column (Holm); at least 2e-4 times their number
 -          fewer than twenty common seeds, too few clogs, or all but a few droplets end in the same places
 ";
 
@@ -71,33 +72,62 @@ pub(crate) fn values(points: &[PointRuns], axis: &str) -> Vec<f64> {
     values
 }
 
-/// The table of the pairs along an axis.
+/// The tables of the pairs along an axis, one for each model and kind of scene.
 pub(crate) fn text(pairs: &[Pair<'_>], axis: &str, from: f64) -> String {
+    let tables = by_kind(pairs, |pair| &pair.points[0].point);
+    let tables: String = tables.iter().map(|(kind, pairs)| ratio_table(kind, pairs, axis, from)).collect();
+    tables + NOTES
+}
+
+/// Rows by model and kind of scene, which have different parameters: `DP in obstacles`.
+fn by_kind<'r, T>(rows: &'r [T], point: impl Fn(&T) -> &Point) -> Vec<(String, Vec<&'r T>)> {
+    let mut kinds: Vec<(String, Vec<&T>)> = Vec::new();
+    for row in rows {
+        let kind = format!("{} in {}", point(row).model.name(), point(row).scene.name());
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, rows)) => rows.push(row),
+            None => kinds.push((kind, vec![row])),
+        }
+    }
+    kinds
+}
+
+fn ratio_table(kind: &str, pairs: &[&Pair<'_>], axis: &str, from: f64) -> String {
     let parameters: Vec<&Point> = pairs.iter().map(|pair| &pair.points[0].point).collect();
     let split = split(&parameters);
-    let keys: Vec<usize> = (0..split.varying.len()).filter(|&key| !follows(split.varying[key], axis)).collect();
+    let changes: Vec<String> =
+        pairs.iter().map(|pair| pair.values.map(|value| significant(value, 6)).join(" -> ")).collect();
+    let keys = telling_apart(&split, axis, &changes);
     let beyond = if from > 0.0 { format!(" beyond {from} sigma") } else { String::new() };
     let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
     headers.extend([axis, "seeds", "lambda ratio", "z", "p", "seeds", "<v_g> ratio", "z", "p"].map(str::to_owned));
     let row = |&at: &usize| {
         let pair = &pairs[at];
         let mut cells: Vec<String> = keys.iter().map(|&key| split.rows[at][key].clone()).collect();
-        cells.push(pair.values.map(|value| significant(value, 6)).join(" -> "));
+        cells.push(changes[at].clone());
         cells.extend(ratio_cells(pair.lambda, pair.p[0]));
         cells.extend(ratio_cells(pair.speed, pair.p[1]));
         cells
     };
     let rows = split.order.iter().map(row).collect();
-    let title = format!("Ratios of decay lengths{beyond} and of mean speeds along {axis}");
-    let table = TextTable { title, headers, rows, names: 0, keys: keys.len() + 1 };
-    table.text() + NOTES
+    let title = format!("Ratios of decay lengths{beyond} and of mean speeds along {axis}, {kind}");
+    TextTable { title, headers, rows, names: 0, keys: keys.len() + 1 }.text()
 }
 
-/// Parameters that the axis itself brings along.
-fn follows(name: &str, axis: &str) -> bool {
-    name == axis
-        || ["bond", "dt", "integrator", "kappa", "n_vertices"].contains(&name)
-        || (name == "e_w" && axis == "gamma")
+/// Parameters that a campaign leaves to the program, which change along an axis by themselves.
+const FOLLOWING: [&str; 5] = ["dt", "e_w", "integrator", "kappa", "n_vertices"];
+
+/// The columns of parameters that tell rows apart, which have these `labels` besides. Parameters that may follow the axis
+/// stand there only if rows would look alike without them.
+fn telling_apart(split: &Split, axis: &str, labels: &[String]) -> Vec<usize> {
+    let others = |follow: bool| -> Vec<usize> {
+        let stands = |name: &str| name != axis && name != "bond" && (follow || !FOLLOWING.contains(&name));
+        (0..split.varying.len()).filter(|&key| stands(split.varying[key])).collect()
+    };
+    let short = others(false);
+    let seen = |at: usize| (short.iter().map(|&key| &split.rows[at][key]).collect::<Vec<_>>(), &labels[at]);
+    let different = (0..labels.len()).map(seen).collect::<BTreeSet<_>>().len();
+    if different == labels.len() { short } else { others(true) }
 }
 
 fn ratio_cells(ratio: Option<Ratio>, p: Option<f64>) -> [String; 4] {
@@ -166,7 +196,8 @@ pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
             let long: Vec<Series<'_>> = long.collect();
             let found: Vec<_> = long.par_iter().map(|series| Some((series, monotonic(series, from)?))).collect();
             let known: Vec<_> = found.into_iter().flatten().collect();
-            (!known.is_empty()).then(|| monotony_table(axis, &known))
+            let kinds = by_kind(&known, |(series, _)| &series.0[0].1.point);
+            Some(kinds.iter().map(|(kind, known)| monotony_table(axis, kind, known)).collect::<String>())
         })
         .collect();
     if tables.is_empty() { tables } else { format!("\n{tables}{MONOTONY_NOTE}") }
@@ -174,19 +205,19 @@ pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
 
 const MONOTONY_NOTE: &str = "\
 rise, fall the most certain ones, from one value to the other; p is the chance of one as certain somewhere
-           on the axis if there is none. Where lambda is monotonic, the larger p is above 0.05 in 95% of
-           all cases. The error of the discretisation is not in it
+           on the axis if there is none. Where lambda is monotonic, the larger p is above 0.05 in at least
+           95% of all cases. Rows are not adjusted for each other, and the error of the discretisation is
+           not in p
 ";
 
-fn monotony_table(axis: &str, known: &[(&Series<'_>, Monotonic)]) -> String {
-    let first = |series: &Series<'_>| series.0.first().map(|(_, point)| point.point.clone());
-    let parameters: Vec<Point> = known.iter().filter_map(|(series, _)| first(series)).collect();
-    let split = split(&parameters.iter().collect::<Vec<_>>());
-    let keys: Vec<usize> = (0..split.varying.len()).filter(|&key| !follows(split.varying[key], axis)).collect();
+fn monotony_table(axis: &str, kind: &str, known: &[&(&Series<'_>, Monotonic)]) -> String {
+    let parameters: Vec<&Point> = known.iter().map(|(series, _)| &series.0[0].1.point).collect();
+    let split = split(&parameters);
+    let keys = telling_apart(&split, axis, &vec![String::new(); known.len()]);
     let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
     headers.extend(["values", "lambda", "rise", "p", "fall", "p"].map(str::to_owned));
     let row = |&at: &usize| {
-        let (series, found) = &known[at];
+        let (series, found) = known[at];
         let mut cells: Vec<String> = keys.iter().map(|&key| split.rows[at][key].clone()).collect();
         cells.extend([series.0.len().to_string(), verdict(found).to_owned()]);
         for slope in [found.rise, found.fall] {
@@ -196,7 +227,7 @@ fn monotony_table(axis: &str, known: &[(&Series<'_>, Monotonic)]) -> String {
         cells
     };
     let rows = split.order.iter().map(row).collect();
-    let title = format!("Is lambda monotonic along {axis}?");
+    let title = format!("Is lambda monotonic along {axis}? {kind}");
     TextTable { title, headers, rows, names: 0, keys: keys.len() }.text()
 }
 
@@ -212,7 +243,7 @@ fn verdict(found: &Monotonic) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Density, Model, ObstacleField, Scene, Soft};
+    use crate::parameters::{Deformable, Density, Model, ObstacleField, Scene, Soft};
     use crate::results::{fits::FinishedRun, trajectory::Outcome};
 
     /// Points of these decay lengths along e_w = 1, 2, ...; the droplets of a seed go equally many of them.
@@ -248,6 +279,42 @@ mod tests {
             pairs(&points, "e_w", Some([1.0, 9.0]), 0.0).is_empty() && pairs(&points, "w_ob", None, 0.0).is_empty()
         );
         assert_eq!(values(&points, "e_w"), [1.0, 2.0, 3.0, 4.0]);
+    }
+
+    #[test]
+    fn points_of_two_models_stand_in_tables_of_their_own() {
+        let mut both = points(&[5.0, 20.0]);
+        for point in points(&[5.0, 20.0]) {
+            let ring = Deformable::of_tension(1.0);
+            let mut made = Point::new(Model::Deformable(ring), point.point.scene.clone());
+            if let Scene::Obstacles(array) = &mut made.scene {
+                array.w_ob = both.len() as f64 / 10.0;
+            }
+            both.push(PointRuns { point_id: made.id(), point: made, runs: point.runs });
+        }
+        if let Scene::Obstacles(array) = &mut both[1].point.scene {
+            array.w_ob = 0.5;
+        }
+        if let Model::Soft(soft) = &mut both[1].point.model {
+            soft.e_w = 1.0;
+        }
+        let text = text(&pairs(&both, "w_ob", None, 0.0), "w_ob", 0.0);
+        assert!(text.contains("w_ob, SP in obstacles") && text.contains("w_ob, DP in obstacles"), "{text}");
+        assert!(text.contains("0.2 -> 0.5") && text.contains("0.2 -> 0.3"), "{text}");
+    }
+
+    #[test]
+    fn where_vertices_are_an_axis_too_they_tell_rows_apart() {
+        let ring = |gamma, n_vertices| {
+            let ring = Deformable { n_vertices, ..Deformable::of_tension(gamma) };
+            let array = ObstacleField { w_ob: 0.2, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 5000.0 };
+            let point = Point::new(Model::Deformable(ring), Scene::Obstacles(array));
+            PointRuns { point_id: point.id(), point, runs: points(&[gamma])[0].runs.clone() }
+        };
+        let one = [ring(1.0, 64), ring(3.0, 96)];
+        assert!(!text(&pairs(&one, "gamma", None, 0.0), "gamma", 0.0).contains("n_vertices"));
+        let both = [ring(1.0, 64), ring(3.0, 64), ring(1.0, 96), ring(3.0, 96)];
+        assert!(text(&pairs(&both, "gamma", None, 0.0), "gamma", 0.0).contains("n_vertices"));
     }
 
     #[test]

@@ -96,8 +96,9 @@ const CUT: [Column; 2] = [
         cell: |row| or_nothing(row.lambda.lambda_if_stuck.map(|lambda| significant(lambda, 2))),
         note: "\
 cut        runs that t_max cut off while they moved. Slow droplets are the ones about to clog, so lambda
-           may be too large: `if stuck` is lambda had all of these clogged there, and the truth lies
-           between both, but for chance. A larger t_max narrows it; runs go on from where they ended
+           may be too large: `if stuck` is lambda had all of these clogged there. The truth lies between
+           both, but for chance, if such runs clog at least as easily as the others. A larger t_max
+           narrows it; runs go on from where they ended
 ",
     },
 ];
@@ -260,7 +261,8 @@ fn discretisation(rows: &[&FittedPoint], wanted: Kind) -> String {
     }
     let found: Vec<String> = found.into_iter().collect();
     let text = format!(
-        "The intervals do not hold the error of the discretisation: {}; see docs/accuracy.md.",
+        "The intervals do not hold the error of the discretisation. As measured near gamma = 1 it is {}; see \
+         docs/statistics.md.",
         found.join(", ")
     );
     wrap(&text) + "\n"
@@ -281,6 +283,10 @@ fn lambda_remarks(rows: &[&FittedPoint]) -> String {
     }
     if rows.iter().any(|row| is_hardly_known(&row.lambda)) {
         notes += &wrap(HARDLY_KNOWN);
+        notes += "\n";
+    }
+    if rows.iter().any(|row| row.lambda.runs == 0 && row.lambda.r_from > 0.0) {
+        notes += &wrap("No run of the rows with 0 runs got as far as that; give a smaller displacement to begin at.");
         notes += "\n";
     }
     let beyond: u32 = rows.iter().map(|row| row.lambda.beyond_box).sum();

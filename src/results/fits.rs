@@ -65,7 +65,7 @@ pub struct LambdaFit {
     /// Upper end of the 95% profile-likelihood interval; `None` when nothing clogged (unbounded).
     pub lambda_high: Option<f64>,
     /// Lambda if every droplet on which time ran out had clogged there, in sigma; `None` if there is none. The truth lies
-    /// between this and `lambda`, but for chance.
+    /// between this and `lambda`, but for chance, if such droplets clog at least as easily as the others.
     pub lambda_if_stuck: Option<f64>,
     /// The paper's estimate: least squares of the Kaplan-Meier P(r) on exp(-r/lambda).
     pub lambda_least_squares: Option<f64>,

@@ -1,7 +1,8 @@
 //! How much two grid points differ: the ratio of their decay lengths, or of their mean speeds, over common seeds.
 //!
-//! Points of one seed share the array and the start, so most of what chance does to one it does to the other too, and the
-//! ratio is known better than either number. An estimate is a ratio of two sums over seeds. Lambda is the sum of all
+//! Points whose arrays have the same parameters share the array and the start of a seed. So most of what chance does to one
+//! it does to the other too, and the ratio is known better than either number. Along `w_ob`, `sigma_ob`, `density` or
+//! `box_size` little is common. An estimate is a ratio of two sums over seeds. Lambda is the sum of all
 //! displacements over the number of clogs; a mean speed is the sum of the speeds over their number, where droplets flow at
 //! both points. Let seed i add `a_i` and `b_i` to these sums. With its influence on the logarithm of each estimate,
 //!
@@ -13,6 +14,7 @@
 //! logarithm over e. Its interval comes from the studentised bootstrap over seeds, as that of mean speeds does
 //! ([`crate::study::speed`]).
 
+use crate::parameters::Scene;
 use crate::results::fits::{FinishedRun, PointRuns};
 use crate::results::trajectory::Outcome;
 use crate::study::random::index;
@@ -57,8 +59,12 @@ pub struct Ratio {
 type Share = [f64; 4];
 
 /// The ratio of the decay lengths beyond `from`, of `other` over `point`. `None` with fewer than twenty common seeds, or so
-/// few clogs that a resample may have none, or where fewer than four seeds carry the difference.
+/// few clogs that a resample may have none, where fewer than four seeds carry the difference, or elsewhere
+/// than in arrays of obstacles.
 pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<Ratio> {
+    if ![point, other].iter().all(|point| matches!(point.point.scene, Scene::Obstacles(_))) {
+        return None;
+    }
     let share = |runs: &PointRuns, run: &FinishedRun| {
         let life = lifetime_of(runs, run);
         let way = (life.r - from).max(0.0);

@@ -162,6 +162,7 @@ pub fn commands(job: &str, out: &Path) -> Vec<Vec<String>> {
         list(&["render", "store"]),
         list(&["render", "store", job, "-o", &out("clog.png")]),
         list(&["render", "store", job, "--path", "-o", &out("path.svg")]),
+        list(&["compare", "store", "--over", "e_w"]),
         list(&["plan", "letter.toml", "--store", "store"]),
         list(&["replay", &dump]),
         list(&["forget", "store", "letter"]),

@@ -79,7 +79,8 @@ const SECTION: &[Home] = &[Home::File, Home::Block];
 
 const UNTIL: &[Home] = &[Home::Until];
 const TOLERANCE: &str = "largest relative error: takes the cheapest measured n_vertices, dt and integrator";
-const FIT_FROM: &str = "displacement from which on runs count in decay lengths; droplets start in a void";
+const FIT_FROM: &str =
+    "displacement from which on runs count in the decay lengths of `run` and `until`; `fit` has --from";
 const RELATIVE_ERROR: &str = "half of the 95% interval over the estimate at which no more seeds are added";
 
 /// The keys that are no parameters of a point.

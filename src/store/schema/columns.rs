@@ -104,7 +104,8 @@ const COLUMNS: &[Row] = &[
     ("obstacles", "y", Number, "sigma", "y of its centre"),
     ("obstacles", "radius", Number, "sigma", "its radius"),
 
-    ("", "runs", Whole, "", "finished runs of the point"),
+    ("lambda_fits", "runs", Whole, "", "finished runs of the point that got beyond r_from"),
+    ("speed_averages", "runs", Whole, "", "finished runs of the point"),
     ("lambda_fits", "clogs", Whole, "", "those of them that clogged, or were arrested at their time limit"),
     ("lambda_fits", "arrested", Whole, "", "those of the clogs that were arrested at their time limit, above the threshold"),
     ("speed_averages", "arrested", Whole, "", "runs that were arrested at their time limit, above the threshold of a clog"),

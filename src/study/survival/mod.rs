@@ -76,7 +76,7 @@ pub fn lambda_fit(point: &PointRuns, from: f64) -> LambdaFit {
         weibull_shape: shape.map(|shape| shape.k),
         weibull_low: shape.map(|shape| shape.low),
         weibull_high: shape.map(|shape| shape.high),
-        runs_for_ten_percent: decay_length::runs_for_ten_percent(lifetimes.len(), lifetimes.clogs()),
+        runs_for_ten_percent: decay_length::runs_for_ten_percent(point.runs.len(), lifetimes.clogs()),
         ..counted
     }
 }
