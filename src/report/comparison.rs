@@ -80,7 +80,7 @@ pub(crate) fn text(pairs: &[Pair<'_>], axis: &str, from: f64) -> String {
 }
 
 /// Rows by model and kind of scene, which have different parameters: `DP in obstacles`.
-fn by_kind<'r, T>(rows: &'r [T], point: impl Fn(&T) -> &Point) -> Vec<(String, Vec<&'r T>)> {
+fn by_kind<T>(rows: &[T], point: impl Fn(&T) -> &Point) -> Vec<(String, Vec<&T>)> {
     let mut kinds: Vec<(String, Vec<&T>)> = Vec::new();
     for row in rows {
         let kind = format!("{} in {}", point(row).model.name(), point(row).scene.name());
@@ -191,13 +191,13 @@ pub(crate) fn rows(pairs: &[Pair<'_>], axis: &str) -> Vec<Vec<Value>> {
 pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
     let tables: String = axes(points, FEWEST_POINTS)
         .into_iter()
-        .filter_map(|axis| {
+        .map(|axis| {
             let long = series(points, axis).into_iter().filter(|series| series.0.len() >= FEWEST_POINTS);
             let long: Vec<Series<'_>> = long.collect();
             let found: Vec<_> = long.par_iter().map(|series| Some((series, monotonic(series, from)?))).collect();
             let known: Vec<_> = found.into_iter().flatten().collect();
             let kinds = by_kind(&known, |(series, _)| &series.0[0].1.point);
-            Some(kinds.iter().map(|(kind, known)| monotony_table(axis, kind, known)).collect::<String>())
+            kinds.iter().map(|(kind, known)| monotony_table(axis, kind, known)).collect::<String>()
         })
         .collect();
     if tables.is_empty() { tables } else { format!("\n{tables}{MONOTONY_NOTE}") }
