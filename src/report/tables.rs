@@ -261,8 +261,7 @@ fn discretisation(rows: &[&FittedPoint], wanted: Kind) -> String {
     }
     let found: Vec<String> = found.into_iter().collect();
     let text = format!(
-        "The intervals do not hold the error of the discretisation. As measured near gamma = 1 it is {}; see \
-         docs/statistics.md.",
+        "Error of the discretisation, which is not in the intervals: {}; see docs/statistics.md.",
         found.join(", ")
     );
     wrap(&text) + "\n"
