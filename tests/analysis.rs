@@ -1,5 +1,9 @@
 //! Laws of the estimators on synthetic runs of known lambda, and what the printed tables say.
 
+#[path = "common/draws.rs"]
+mod draws;
+
+use draws::Draws;
 use meniscus::parameters::*;
 use meniscus::report::tables::{decay_lengths, mean_speeds};
 use meniscus::results::fits::{FinishedRun, LambdaFit, PointRuns};
@@ -9,25 +13,9 @@ use meniscus::study::speed::speed_average;
 use meniscus::study::survival::decay_length::{DecayLength, Lifetime, Lifetimes, maximum_likelihood};
 use meniscus::study::survival::goodness::p_exponential;
 use meniscus::study::survival::lambda_fit;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 
-struct Draws(ChaCha8Rng);
-
 impl Draws {
-    fn seeded(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
-    }
-
-    fn uniform(&mut self) -> f64 {
-        ((self.0.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
-    }
-
-    fn exponential(&mut self, lambda: f64) -> f64 {
-        -lambda * libm::log(self.uniform())
-    }
-
     fn normal(&mut self) -> f64 {
         let angle = std::f64::consts::TAU * self.uniform();
         self.exponential(2.0).sqrt() * libm::cos(angle)

@@ -1,6 +1,10 @@
 //! What ends a run, where it begins, and what the box repeats: decay lengths of droplets whose truth is known.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are tests too")]
 
+#[path = "common/draws.rs"]
+mod draws;
+
+use draws::Draws;
 use meniscus::parameters::{Density, Model, ObstacleField, Point, Scene, Soft};
 use meniscus::report::tables::decay_lengths;
 use meniscus::results::fits::{FinishedRun, PointRuns};
@@ -8,19 +12,9 @@ use meniscus::results::trajectory::Outcome;
 use meniscus::study::compare::lambda_ratio;
 use meniscus::study::fits::fit_all;
 use meniscus::study::survival::decay_length::{Lifetime, Lifetimes};
-use meniscus::study::survival::{kaplan_meier::steps, lambda_fit, survival_curve, weibull::shape};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use meniscus::study::survival::{kaplan_meier::steps, lambda_fit, survival_fit, weibull::shape};
 use rayon::prelude::*;
 use std::process::Command;
-
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
-}
-
-fn exponential(random: &mut ChaCha8Rng, lambda: f64) -> f64 {
-    -lambda * libm::log(uniform(random))
-}
 
 fn run(seed: u64, outcome: Outcome, r_end: f64) -> FinishedRun {
     FinishedRun { seed, outcome, r_end, t_end: 1.0, v_g_mean: Some(0.7), mechanism: None, arrested: None }
@@ -35,8 +29,8 @@ fn point(box_size: f64, runs: Vec<FinishedRun>) -> PointRuns {
 #[test]
 fn a_box_that_droplets_cross_several_times_does_not_make_lambda_larger() {
     // A droplet that crosses a box of 30 once meets the same obstacles for ever.
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    let runs = |seed| match exponential(&mut random, 190.0) {
+    let mut random = Draws::seeded(1);
+    let runs = |seed| match random.exponential(190.0) {
         r if r <= 30.0 => run(seed, Outcome::Clogged, r),
         _ => run(seed, Outcome::Distance, 240.0),
     };
@@ -60,9 +54,9 @@ fn a_clog_beyond_the_box_is_none() {
 #[test]
 fn where_time_cuts_runs_off_lambda_is_told_for_both_cases_and_the_truth_lies_between() {
     // Droplets slow down over the last tenth of their way, so time cuts off those that are about to clog.
-    let mut random = ChaCha8Rng::seed_from_u64(2);
-    let runs = |seed| match exponential(&mut random, 51.0) {
-        r if uniform(&mut random) < 0.3 => run(seed, Outcome::TimeLimit, 0.95 * r),
+    let mut random = Draws::seeded(2);
+    let runs = |seed| match random.exponential(51.0) {
+        r if random.uniform() < 0.3 => run(seed, Outcome::TimeLimit, 0.95 * r),
         r if r > 120.0 => run(seed, Outcome::Distance, 120.0),
         r => run(seed, Outcome::Clogged, r),
     };
@@ -80,15 +74,15 @@ fn where_time_cuts_runs_off_lambda_is_told_for_both_cases_and_the_truth_lies_bet
 #[test]
 fn what_lies_before_a_displacement_can_be_left_out() {
     // Nothing clogs over the first sigma: droplets start in a void.
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let clogs = |seed| run(seed, Outcome::Clogged, 1.0 + exponential(&mut random, 3.0));
+    let mut random = Draws::seeded(3);
+    let clogs = |seed| run(seed, Outcome::Clogged, 1.0 + random.exponential(3.0));
     let void = point(500.0, (0..4000).map(clogs).collect());
     let (whole, beyond) = (lambda_fit(&void, 0.0), lambda_fit(&void, 1.0));
     assert!(whole.lambda > Some(3.8) && beyond.lambda < Some(3.2) && beyond.lambda > Some(2.8), "{whole:?} {beyond:?}");
     assert!(whole.p_exponential < Some(1e-3) && beyond.p_exponential > Some(0.01), "{whole:?} {beyond:?}");
     assert!(beyond.weibull_low < Some(1.0) && beyond.weibull_high > Some(1.0), "{beyond:?}");
     assert_eq!((beyond.runs, beyond.r_from), (4000, 1.0));
-    let curve = survival_curve(&void, 1.0);
+    let curve = survival_fit(&void, 1.0).1;
     assert!((curve[1999].survival - 0.5).abs() < 1e-9 && (curve[1999].r - 3.0 * libm::log(2.0)).abs() < 0.2);
     assert!(decay_lengths(&fit_all(&[void], 1.0)).starts_with("Decay lengths beyond 1 sigma, SP"));
     let early = point(500.0, vec![run(0, Outcome::Clogged, 0.5), run(1, Outcome::Clogged, 3.0)]);
@@ -97,9 +91,8 @@ fn what_lies_before_a_displacement_can_be_left_out() {
 }
 
 /// The share of sets in which `holds`, of those that have an answer.
-fn share(sets: u64, holds: impl Fn(&mut ChaCha8Rng) -> Option<bool> + Sync) -> f64 {
-    let answers: Vec<bool> =
-        (0..sets).into_par_iter().filter_map(|set| holds(&mut ChaCha8Rng::seed_from_u64(set))).collect();
+fn share(sets: u64, holds: impl Fn(&mut Draws) -> Option<bool> + Sync) -> f64 {
+    let answers: Vec<bool> = (0..sets).into_par_iter().filter_map(|set| holds(&mut Draws::seeded(set))).collect();
     let share = answers.iter().filter(|held| **held).count() as f64 / answers.len() as f64;
     assert!((0.91..0.995).contains(&share), "{share} of {} answers", answers.len());
     share
@@ -109,7 +102,7 @@ fn share(sets: u64, holds: impl Fn(&mut ChaCha8Rng) -> Option<bool> + Sync) -> f
 fn covers_lambda(sets: u64, n: u64, censored: f64, from: f64) -> f64 {
     let limit = from - 24.0 * libm::log(censored.max(1e-12));
     share(sets, |random| {
-        let runs = |seed| match exponential(random, 24.0) {
+        let runs = |seed| match random.exponential(24.0) {
             r if r > limit => run(seed, Outcome::Distance, limit),
             r => run(seed, Outcome::Clogged, r),
         };
@@ -140,7 +133,7 @@ fn coverage_of_every_interval() {
         let limit = -libm::log(f64::max(censored, 1e-12));
         let coverage = share(10_000, |random| {
             let life = |r: f64| Lifetime { r: r.min(limit), clogged: r <= limit };
-            let found = shape(&Lifetimes::new((0..n).map(|_| life(exponential(random, 1.0))).collect()))?;
+            let found = shape(&Lifetimes::new((0..n).map(|_| life(random.exponential(1.0))).collect()))?;
             Some(found.low <= 1.0 && found.high >= 1.0)
         });
         println!("| Weibull's k, {censored} cut off | {n} | {coverage:.3} |");
@@ -148,7 +141,7 @@ fn coverage_of_every_interval() {
     for n in [10, 50] {
         let coverage = share(40_000, |random| {
             let curve = steps(&Lifetimes::new(
-                (0..n).map(|_| Lifetime { r: exponential(random, 1.0), clogged: true }).collect(),
+                (0..n).map(|_| Lifetime { r: random.exponential(1.0), clogged: true }).collect(),
             ));
             let [low, high] = curve.iter().rfind(|step| step.r <= libm::log(2.0))?.band()?;
             Some(low <= 0.5 && high >= 0.5)
@@ -159,9 +152,9 @@ fn coverage_of_every_interval() {
         let coverage = share(2_000, |random| {
             let mut both = [Vec::new(), Vec::new()];
             for seed in 0..n {
-                let common = exponential(random, 1.0);
+                let common = random.exponential(1.0);
                 for (runs, lambda) in both.iter_mut().zip([24.0, 18.0]) {
-                    let r = lambda * (0.7 * common + 0.3 * exponential(random, 1.0));
+                    let r = lambda * (0.7 * common + 0.3 * random.exponential(1.0));
                     runs.push(if r > 40.0 {
                         run(seed, Outcome::Distance, 40.0)
                     } else {
@@ -190,19 +183,19 @@ fn the_command_compares_and_names_what_there_is_to_compare() {
         let said = [output.stdout, output.stderr].concat();
         (output.status.code(), String::from_utf8(said).unwrap())
     };
-    let campaign = "name = \"two\"\nmodel = \"SP\"\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 1.4\n\
-                    box_size = 20.0\nruns_per_point = 40\nfit_from = 0.1\ngrid = { e_w = [3.0, 30.0] }\n\
-                    limits = { t_max = 2e3, distance = 10.0 }\n";
+    let campaign = "name = \"two\"\nmodel = \"SP\"\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\n\
+                    box_size = 40.0\nruns_per_point = 40\nfit_from = 0.1\ngrid = { e_w = [1.0, 30.0] }\n\
+                    limits = { t_max = 2e3, distance = 20.0 }\n";
     std::fs::write(dir.path().join("two.toml"), campaign).unwrap();
     let (code, said) = meniscus(&["run", "two.toml"]);
     assert!(code == Some(0) && said.contains("Decay lengths beyond 0.1 sigma"), "{said}");
     let (code, said) = meniscus(&["compare", "--over", "e_w", "--format", "csv"]);
     let row = said.lines().nth(1).unwrap_or_default();
-    assert!(code == Some(0) && row.contains(",e_w,3.0,30.0,"), "{said}");
-    let (code, said) = meniscus(&["compare", "--over", "e_w", "--from", "0.2", "--values", "3", "30"]);
-    assert!(code == Some(0) && said.contains("3 -> 30") && said.contains("beyond 0.2 sigma"), "{said}");
-    let (code, said) = meniscus(&["compare", "--over", "e_w", "--values", "3", "31"]);
-    assert!(code == Some(1) && said.contains("no two points have these values of e_w; there are: 3, 30"), "{said}");
+    assert!(code == Some(0) && row.contains(",e_w,1.0,30.0,40,"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "e_w", "--from", "0.2", "--values", "1", "30"]);
+    assert!(code == Some(0) && said.contains("1 -> 30") && said.contains("beyond 0.2 sigma"), "{said}");
+    let (code, said) = meniscus(&["compare", "--over", "e_w", "--values", "1", "31"]);
+    assert!(code == Some(1) && said.contains("no two points have these values of e_w; there are: 1, 30"), "{said}");
     let (code, said) = meniscus(&["compare", "--over", "w_ob"]);
     assert!(code == Some(1) && said.contains("differ in w_ob alone; they do in e_w"), "{said}");
     let (code, said) = meniscus(&["compare", "--over", "gama"]);

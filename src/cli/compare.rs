@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     /// Compare these two values of it, instead of neighbours
     #[arg(long, value_name = "VALUE", num_args = 2, allow_negative_numbers = true)]
     values: Vec<f64>,
-    /// Leave out of decay lengths what lies before this displacement, in sigma
+    /// Begin decay lengths at this displacement, in sigma
     #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = displacement)]
     from: f64,
     /// How to write the ratios: table, or a row for each pair as csv, json or parquet

@@ -22,8 +22,7 @@ pub(super) struct Arguments {
     /// How to write the fits: table, or a row for each point as csv, json or parquet
     #[arg(long, default_value = "table")]
     format: Format,
-    /// Leave out of decay lengths what lies before this displacement, in sigma, where droplets still feel the gap in which
-    /// they start
+    /// Begin decay lengths at this displacement, in sigma. Before it droplets still feel the gap in which they start
     #[arg(long, value_name = "SIGMA", default_value_t = 0.0, value_parser = displacement)]
     from: f64,
 }
@@ -101,7 +100,7 @@ pub(super) fn fit(
 pub(super) fn tables(fits: &[FittedPoint<'_>], asked: Option<&Asked>) -> String {
     let further = asked.map(|asked| further_runs(fits, asked)).unwrap_or_default();
     let [first, ..] = fits else { return String::new() };
-    let points: Vec<_> = fits.iter().map(|fit| fit.point.clone()).collect();
+    let points: Vec<_> = fits.iter().map(|fit| fit.point).collect();
     let monotony = monotony(&points, first.lambda.r_from);
     format!("{}{monotony}\n{}{further}", decay_lengths(fits), mean_speeds(fits))
 }

@@ -1,16 +1,17 @@
 //! Comparisons along an axis of a grid: ratios of neighbouring points, and whether lambda is monotonic.
 
 use crate::parameters::Point;
-use crate::report::parameters::{Split, split};
+use crate::report::parameters::{Split, by_kind, split};
 use crate::report::rounding::{significant, with_interval};
 use crate::report::text_table::{NOTHING, TextTable};
 use crate::results::fits::PointRuns;
 use crate::store::ColumnKind::{self, Number, Text, Whole};
 use crate::study::compare::{Ratio, holm, lambda_ratio, speed_ratio};
-use crate::study::series::{Series, axes, series};
+use crate::study::series::{Series, axes, may_follow, series};
 use crate::study::survival::monotonic::{Monotonic, monotonic};
 use rayon::prelude::*;
 use rusqlite::types::Value;
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 
 /// An axis with fewer points says nothing about monotony.
@@ -21,8 +22,8 @@ ratio      of the second point over the first, over the seeds that both have; sp
            that flow at both
 [a, b]     its 95% interval, by the studentised bootstrap over seeds
 z          its logarithm over the standard error of that
-p          one less the level of the widest interval that leaves out 1, adjusted for the rows of its
-           column (Holm); at least 2e-4 times their number
+p          two-sided, of a ratio of 1, from the same bootstrap; adjusted for the rows of its column (Holm),
+           so it is at least 2e-4 times their number
 -          fewer than twenty common seeds, too few clogs, or all but a few droplets end in the same places
 ";
 
@@ -33,10 +34,15 @@ pub(crate) struct Pair<'a> {
     points: [&'a PointRuns; 2],
     /// Their values of the axis.
     values: [f64; 2],
-    lambda: Option<Ratio>,
-    speed: Option<Ratio>,
-    /// Adjusted probabilities.
-    p: [Option<f64>; 2],
+    lambda: Option<Adjusted>,
+    speed: Option<Adjusted>,
+}
+
+/// A ratio, and its p adjusted for all pairs.
+#[derive(Clone, Copy, Debug)]
+struct Adjusted {
+    ratio: Ratio,
+    p: f64,
 }
 
 /// The pairs along an axis: neighbours, or those of two values that are asked for.
@@ -49,18 +55,20 @@ pub(crate) fn pairs<'a>(points: &'a [PointRuns], axis: &str, values: Option<[f64
         }
     });
     let chosen: Vec<[(f64, &PointRuns); 2]> = chosen.collect();
-    let compare = |&[(low, a), (high, b)]: &[(f64, &'a PointRuns); 2]| {
-        let (lambda, speed) = (lambda_ratio(a, b, from), speed_ratio(a, b));
-        Pair { points: [a, b], values: [low, high], lambda, speed, p: [None; 2] }
-    };
-    let mut pairs: Vec<Pair<'_>> = chosen.par_iter().map(compare).collect();
-    for (place, of) in [(0, (|pair| pair.lambda) as fn(&Pair<'_>) -> Option<Ratio>), (1, |pair| pair.speed)] {
-        let known: Vec<(usize, f64)> =
-            pairs.iter().enumerate().filter_map(|(at, pair)| Some((at, of(pair)?.p))).collect();
-        let adjusted = holm(&known.iter().map(|(_, p)| *p).collect::<Vec<_>>());
-        known.iter().zip(adjusted).for_each(|((at, _), p)| pairs[*at].p[place] = Some(p));
-    }
+    let compare = |&[(_, a), (_, b)]: &[(f64, &PointRuns); 2]| (lambda_ratio(a, b, from), speed_ratio(a, b));
+    let (lambdas, speeds): (Vec<_>, Vec<_>) = chosen.par_iter().map(compare).unzip();
+    let ratios = adjusted(&lambdas).into_iter().zip(adjusted(&speeds));
+    let pairs = chosen.into_iter().zip(ratios);
     pairs
+        .map(|([(low, a), (high, b)], (lambda, speed))| Pair { points: [a, b], values: [low, high], lambda, speed })
+        .collect()
+}
+
+/// The ratios with their probabilities adjusted for each other.
+fn adjusted(ratios: &[Option<Ratio>]) -> Vec<Option<Adjusted>> {
+    let known: Vec<f64> = ratios.iter().flatten().map(|ratio| ratio.p).collect();
+    let mut p = holm(&known).into_iter();
+    ratios.iter().map(|ratio| Some(Adjusted { ratio: (*ratio)?, p: p.next()? })).collect()
 }
 
 /// The values of an axis at the points that differ in it alone.
@@ -75,29 +83,21 @@ pub(crate) fn values(points: &[PointRuns], axis: &str) -> Vec<f64> {
 /// The tables of the pairs along an axis, one for each model and kind of scene.
 pub(crate) fn text(pairs: &[Pair<'_>], axis: &str, from: f64) -> String {
     let tables = by_kind(pairs, |pair| &pair.points[0].point);
-    let tables: String = tables.iter().map(|(kind, pairs)| ratio_table(kind, pairs, axis, from)).collect();
+    let tables: String = tables.iter().map(|pairs| ratio_table(pairs, axis, from)).collect();
     tables + NOTES
 }
 
-/// Rows by model and kind of scene, which have different parameters: `DP in obstacles`.
-fn by_kind<T>(rows: &[T], point: impl Fn(&T) -> &Point) -> Vec<(String, Vec<&T>)> {
-    let mut kinds: Vec<(String, Vec<&T>)> = Vec::new();
-    for row in rows {
-        let kind = format!("{} in {}", point(row).model.name(), point(row).scene.name());
-        match kinds.iter_mut().find(|(known, _)| *known == kind) {
-            Some((_, rows)) => rows.push(row),
-            None => kinds.push((kind, vec![row])),
-        }
-    }
-    kinds
+/// `DP in obstacles`.
+fn kind(point: &Point) -> String {
+    format!("{} in {}", point.model.name(), point.scene.name())
 }
 
-fn ratio_table(kind: &str, pairs: &[&Pair<'_>], axis: &str, from: f64) -> String {
+fn ratio_table(pairs: &[&Pair<'_>], axis: &str, from: f64) -> String {
     let parameters: Vec<&Point> = pairs.iter().map(|pair| &pair.points[0].point).collect();
     let split = split(&parameters);
     let changes: Vec<String> =
         pairs.iter().map(|pair| pair.values.map(|value| significant(value, 6)).join(" -> ")).collect();
-    let keys = telling_apart(&split, axis, &changes);
+    let keys = telling_apart(&split, parameters[0], axis, &changes);
     let beyond = if from > 0.0 { format!(" beyond {from} sigma") } else { String::new() };
     let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
     headers.extend([axis, "seeds", "lambda ratio", "z", "p", "seeds", "<v_g> ratio", "z", "p"].map(str::to_owned));
@@ -105,23 +105,20 @@ fn ratio_table(kind: &str, pairs: &[&Pair<'_>], axis: &str, from: f64) -> String
         let pair = &pairs[at];
         let mut cells: Vec<String> = keys.iter().map(|&key| split.rows[at][key].clone()).collect();
         cells.push(changes[at].clone());
-        cells.extend(ratio_cells(pair.lambda, pair.p[0]));
-        cells.extend(ratio_cells(pair.speed, pair.p[1]));
+        cells.extend(ratio_cells(pair.lambda));
+        cells.extend(ratio_cells(pair.speed));
         cells
     };
     let rows = split.order.iter().map(row).collect();
-    let title = format!("Ratios of decay lengths{beyond} and of mean speeds along {axis}, {kind}");
+    let title = format!("Ratios of decay lengths{beyond} and of mean speeds along {axis}, {}", kind(parameters[0]));
     TextTable { title, headers, rows, names: 0, keys: keys.len() + 1 }.text()
 }
 
-/// Parameters that a campaign leaves to the program, which change along an axis by themselves.
-const FOLLOWING: [&str; 5] = ["dt", "e_w", "integrator", "kappa", "n_vertices"];
-
-/// The columns of parameters that tell rows apart, which have these `labels` besides. Parameters that may follow the axis
-/// stand there only if rows would look alike without them.
-fn telling_apart(split: &Split, axis: &str, labels: &[String]) -> Vec<usize> {
+/// The columns of parameters that tell rows of one kind apart, which have these `labels` besides. Parameters that may follow
+/// the axis stand there only if rows would look alike without them.
+fn telling_apart(split: &Split, one: &Point, axis: &str, labels: &[String]) -> Vec<usize> {
     let others = |follow: bool| -> Vec<usize> {
-        let stands = |name: &str| name != axis && name != "bond" && (follow || !FOLLOWING.contains(&name));
+        let stands = |name: &str| name != axis && name != "bond" && (follow || !may_follow(one, name));
         (0..split.varying.len()).filter(|&key| stands(split.varying[key])).collect()
     };
     let short = others(false);
@@ -130,14 +127,11 @@ fn telling_apart(split: &Split, axis: &str, labels: &[String]) -> Vec<usize> {
     if different == labels.len() { short } else { others(true) }
 }
 
-fn ratio_cells(ratio: Option<Ratio>, p: Option<f64>) -> [String; 4] {
-    let Some(Ratio { seeds, ratio, low, high, z, .. }) = ratio else { return [(); 4].map(|()| NOTHING.to_owned()) };
-    [
-        seeds.to_string(),
-        with_interval(ratio, low, high),
-        format!("{z:.1}"),
-        p.map_or_else(|| NOTHING.to_owned(), |p| significant(p, 2)),
-    ]
+fn ratio_cells(found: Option<Adjusted>) -> [String; 4] {
+    let Some(Adjusted { ratio: Ratio { seeds, ratio, low, high, z, .. }, p }) = found else {
+        return [(); 4].map(|()| NOTHING.to_owned());
+    };
+    [seeds.to_string(), with_interval(ratio, low, high), format!("{z:.1}"), significant(p, 2)]
 }
 
 /// The columns of [`rows`].
@@ -165,14 +159,15 @@ pub(crate) const COLUMNS: [(&str, ColumnKind); 19] = [
 
 /// A row for each pair.
 pub(crate) fn rows(pairs: &[Pair<'_>], axis: &str) -> Vec<Vec<Value>> {
-    let of_ratio = |ratio: Option<Ratio>, p: Option<f64>| -> [Value; 7] {
+    let cells = |found: Option<Adjusted>| -> [Value; 7] {
+        let Some(Adjusted { ratio, p }) = found else { return [const { Value::Null }; 7] };
         [
-            ratio.map(|ratio| ratio.seeds).into(),
-            ratio.map(|ratio| ratio.ratio).into(),
-            ratio.map(|ratio| ratio.low).into(),
-            ratio.map(|ratio| ratio.high).into(),
-            ratio.map(|ratio| ratio.z).into(),
-            ratio.map(|ratio| ratio.p).into(),
+            ratio.seeds.into(),
+            ratio.ratio.into(),
+            ratio.low.into(),
+            ratio.high.into(),
+            ratio.z.into(),
+            ratio.p.into(),
             p.into(),
         ]
     };
@@ -180,15 +175,15 @@ pub(crate) fn rows(pairs: &[Pair<'_>], axis: &str) -> Vec<Vec<Value>> {
         let mut row: Vec<Value> = pair.points.map(|point| point.point_id.to_string().into()).to_vec();
         row.push(axis.to_owned().into());
         row.extend(pair.values.map(Value::from));
-        row.extend(of_ratio(pair.lambda, pair.p[0]));
-        row.extend(of_ratio(pair.speed, pair.p[1]));
+        row.extend(cells(pair.lambda));
+        row.extend(cells(pair.speed));
         row
     };
     pairs.iter().map(row).collect()
 }
 
 /// What each axis of four points and more says about lambda: a table for each axis, or nothing.
-pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
+pub(crate) fn monotony(points: &[impl Borrow<PointRuns>], from: f64) -> String {
     let tables: String = axes(points, FEWEST_POINTS)
         .into_iter()
         .map(|axis| {
@@ -197,7 +192,7 @@ pub(crate) fn monotony(points: &[PointRuns], from: f64) -> String {
             let found: Vec<_> = long.par_iter().map(|series| Some((series, monotonic(series, from)?))).collect();
             let known: Vec<_> = found.into_iter().flatten().collect();
             let kinds = by_kind(&known, |(series, _)| &series.0[0].1.point);
-            kinds.iter().map(|(kind, known)| monotony_table(axis, kind, known)).collect::<String>()
+            kinds.iter().map(|known| monotony_table(axis, known)).collect::<String>()
         })
         .collect();
     if tables.is_empty() { tables } else { format!("\n{tables}{MONOTONY_NOTE}") }
@@ -210,10 +205,10 @@ rise, fall the most certain ones, from one value to the other; p is the chance o
            not in p
 ";
 
-fn monotony_table(axis: &str, kind: &str, known: &[&(&Series<'_>, Monotonic)]) -> String {
+fn monotony_table(axis: &str, known: &[&(&Series<'_>, Monotonic)]) -> String {
     let parameters: Vec<&Point> = known.iter().map(|(series, _)| &series.0[0].1.point).collect();
     let split = split(&parameters);
-    let keys = telling_apart(&split, axis, &vec![String::new(); known.len()]);
+    let keys = telling_apart(&split, parameters[0], axis, &vec![String::new(); known.len()]);
     let mut headers: Vec<String> = keys.iter().map(|&key| split.varying[key].to_owned()).collect();
     headers.extend(["values", "lambda", "rise", "p", "fall", "p"].map(str::to_owned));
     let row = |&at: &usize| {
@@ -227,7 +222,7 @@ fn monotony_table(axis: &str, kind: &str, known: &[&(&Series<'_>, Monotonic)]) -
         cells
     };
     let rows = split.order.iter().map(row).collect();
-    let title = format!("Is lambda monotonic along {axis}? {kind}");
+    let title = format!("Is lambda monotonic along {axis}? {}", kind(parameters[0]));
     TextTable { title, headers, rows, names: 0, keys: keys.len() }.text()
 }
 
@@ -269,7 +264,7 @@ mod tests {
         let points = points(&[5.0, 20.0, 20.0, 5.0]);
         let neighbours = pairs(&points, "e_w", None, 0.0);
         assert_eq!(neighbours.iter().map(|pair| pair.values).collect::<Vec<_>>(), [[1.0, 2.0], [2.0, 3.0], [3.0, 4.0]]);
-        let ratios: Vec<f64> = neighbours.iter().map(|pair| pair.lambda.unwrap().ratio).collect();
+        let ratios: Vec<f64> = neighbours.iter().map(|pair| pair.lambda.unwrap().ratio.ratio).collect();
         assert!((ratios[0] - 4.0).abs() < 0.2 && (ratios[1] - 1.0).abs() < 0.1 && (ratios[2] - 0.25).abs() < 0.02);
         let text = text(&neighbours, "e_w", 0.0);
         assert!(text.contains("1 -> 2") && text.contains("lambda ratio"), "{text}");

@@ -27,6 +27,7 @@ pub(crate) mod droplet;
 pub(crate) mod error_plot;
 mod forces;
 pub(crate) mod keys;
+mod lambda_columns;
 mod panel;
 mod parameters;
 pub(crate) mod profile_plot;

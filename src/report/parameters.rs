@@ -30,6 +30,19 @@ pub(super) fn equation(name: &str, value: Value) -> String {
     format!("{name}\u{a0}=\u{a0}{}", text(value, DIGITS))
 }
 
+/// Rows by model and kind of scene, which have different parameters, in the order in which they first appear.
+pub(super) fn by_kind<T>(rows: &[T], point: impl Fn(&T) -> &Point) -> Vec<Vec<&T>> {
+    let kind = |row: &T| (point(row).model.name(), point(row).scene.name());
+    let mut kinds: Vec<Vec<&T>> = Vec::new();
+    for row in rows {
+        match kinds.iter_mut().find(|known| kind(known[0]) == kind(row)) {
+            Some(known) => known.push(row),
+            None => kinds.push(vec![row]),
+        }
+    }
+    kinds
+}
+
 /// Points of one model in one kind of scene: what they share, and what tells them apart.
 pub(super) struct Split {
     /// `gamma = 1.09` and so on, with no-break spaces: the parameters that all points share.

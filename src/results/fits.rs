@@ -15,6 +15,13 @@ pub struct PointRuns {
     pub runs: Vec<FinishedRun>,
 }
 
+impl PointRuns {
+    /// How many of its runs are of this kind.
+    pub(crate) fn count(&self, kind: impl Fn(&FinishedRun) -> bool) -> u32 {
+        self.runs.iter().filter(|run| kind(run)).count() as u32
+    }
+}
+
 /// The part of one finished run that fits need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinishedRun {
@@ -38,6 +45,18 @@ impl FinishedRun {
     /// Where the droplet stays for good, in sigma: the place of its clog or of its arrest; `None` if it flowed on.
     pub fn stays_at(&self) -> Option<f64> {
         if self.outcome == Outcome::Clogged { Some(self.r_end) } else { self.arrested }
+    }
+
+    /// The mean speed of a droplet that flowed on until a limit ended its run or it left the scene, in V_t; `None` if it
+    /// did not, or if its run was too short to have a speed.
+    pub fn flowing_speed(&self) -> Option<f64> {
+        let flowed = matches!(self.outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
+        self.v_g_mean.filter(|_| flowed && self.arrested.is_none())
+    }
+
+    /// Whether time ran out on the droplet while it was not at rest.
+    pub fn is_cut_by_time(&self) -> bool {
+        self.outcome == Outcome::TimeLimit && self.arrested.is_none()
     }
 }
 

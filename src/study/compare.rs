@@ -16,24 +16,15 @@
 
 use crate::parameters::Scene;
 use crate::results::fits::{FinishedRun, PointRuns};
-use crate::results::trajectory::Outcome;
-use crate::study::random::index;
+use crate::study::studentised::Deviations;
 use crate::study::survival::lifetime_of;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 
 /// A comparison needs at least this many common seeds: of ten, the interval holds the truth in 82% of all cases only.
 const FEWEST_SEEDS: usize = 20;
 
-/// So many seeds at least have to carry the difference; where nearly all droplets of two points end in the same places, the
-/// few others say nothing of the rest.
+/// At least this many seeds have to carry the difference. Where nearly all droplets of two points end in the same places, the
+/// others are too few to say how sure the ratio is.
 const FEWEST_CARRIERS: f64 = 4.0;
-
-/// Number of resamples.
-const RESAMPLES: usize = 9999;
-
-/// Largest number of resamples in which nothing clogs, or nothing varies.
-const MOST_EMPTY: usize = RESAMPLES / 100;
 
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0072_6174_696f;
@@ -51,7 +42,7 @@ pub struct Ratio {
     pub high: f64,
     /// Its logarithm over the standard error of that.
     pub z: f64,
-    /// One less the level of the widest interval that leaves out 1; at least 2e-4.
+    /// Two-sided p of a ratio of 1, from the resamples of the interval; at least 2e-4.
     pub p: f64,
 }
 
@@ -76,11 +67,7 @@ pub fn lambda_ratio(point: &PointRuns, other: &PointRuns, from: f64) -> Option<R
 /// The ratio of the mean speeds of the droplets that flow at both points, of `other` over `point`. `None` with fewer than
 /// twenty common seeds.
 pub fn speed_ratio(point: &PointRuns, other: &PointRuns) -> Option<Ratio> {
-    let speed = |run: &FinishedRun| {
-        let flowed = matches!(run.outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
-        run.v_g_mean.filter(|_| flowed && run.arrested.is_none()).map(|speed| [speed, 1.0])
-    };
-    ratio(&common(point, other, |a, b| Some((speed(a)?, speed(b)?))))
+    ratio(&common(point, other, |a, b| Some(([a.flowing_speed()?, 1.0], [b.flowing_speed()?, 1.0]))))
 }
 
 /// The shares of the seeds that both points have; runs are ordered by seed.
@@ -105,31 +92,19 @@ fn ratio(shares: &[Share]) -> Option<Ratio> {
     if carriers(shares) < FEWEST_CARRIERS {
         return None;
     }
+    let deviations = Deviations::of(shares.len(), SEED, |drawn| {
+        let (resampled, own) = estimate(drawn.iter().map(|&seed| &shares[seed]))?;
+        Some((resampled - logarithm) / own)
+    })?;
+    let (low, high) = deviations.interval(logarithm, error);
     let z = logarithm / error;
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
-    let mut chosen = vec![0; shares.len()];
-    let mut deviations = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
-        chosen.fill_with(|| index(&mut random, shares.len()));
-        if let Some((resampled, own)) = estimate(chosen.iter().map(|&seed| &shares[seed])) {
-            deviations.push((resampled - logarithm) / own);
-        }
-    }
-    if deviations.len() < RESAMPLES - MOST_EMPTY {
-        return None;
-    }
-    deviations.sort_by(f64::total_cmp);
-    let tail = (deviations.len() + 1) / 40;
-    let (smallest, largest) = (deviations[tail - 1], deviations[deviations.len() - tail]);
-    let tail = |beyond: &dyn Fn(f64) -> bool| 1 + deviations.iter().filter(|deviation| beyond(**deviation)).count();
-    let further = tail(&|deviation| deviation <= z).min(tail(&|deviation| deviation >= z));
     Some(Ratio {
         seeds: shares.len() as u32,
         ratio: libm::exp(logarithm),
-        low: libm::exp(logarithm - largest * error),
-        high: libm::exp(logarithm - smallest * error),
+        low: libm::exp(low),
+        high: libm::exp(high),
         z,
-        p: (2.0 * further as f64 / (1 + deviations.len()) as f64).min(1.0),
+        p: deviations.p(z),
     })
 }
 
@@ -190,6 +165,8 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::study::random::uniform;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
 
     /// Displacements of two points that share most of their chance; the second goes `ratio` times as far.
     fn paired(random: &mut ChaCha8Rng, n: usize, ratio: f64, own: f64) -> Vec<Share> {

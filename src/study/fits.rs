@@ -4,7 +4,7 @@ use crate::campaign::parallel::in_parallel;
 use crate::results::fits::{LambdaFit, PointRuns, SpeedAverage};
 use crate::study::speed::speed_average;
 use crate::study::survival::kaplan_meier::Step;
-use crate::study::survival::{lambda_fit, survival_curve};
+use crate::study::survival::survival_fit;
 use rayon::prelude::*;
 
 /// A grid point with everything fitted to its runs.
@@ -23,11 +23,9 @@ pub struct FittedPoint<'a> {
 /// Fits every point, in parallel; the answers have the order of the points. Decay lengths and survival are those beyond
 /// the displacement `from`.
 pub fn fit_all(points: &[PointRuns], from: f64) -> Vec<FittedPoint<'_>> {
-    let fit = |point| FittedPoint {
-        point,
-        lambda: lambda_fit(point, from),
-        curve: survival_curve(point, from),
-        speed: speed_average(point),
+    let fit = |point| {
+        let (lambda, curve) = survival_fit(point, from);
+        FittedPoint { point, lambda, curve, speed: speed_average(point) }
     };
     in_parallel(|| points.par_iter().map(fit).collect())
 }

@@ -24,5 +24,6 @@ pub mod fits;
 mod random;
 pub mod series;
 pub mod speed;
+mod studentised;
 pub mod survival;
 pub mod threshold;

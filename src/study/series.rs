@@ -1,7 +1,8 @@
 //! Grid points that differ in one parameter alone, in its order: what is compared along an axis of a grid.
 
-use crate::parameters::{PARAMETERS, Value};
+use crate::parameters::{PARAMETERS, Parameter, Point, Value};
 use crate::results::fits::PointRuns;
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Points that differ in one parameter, by its value.
@@ -11,12 +12,16 @@ pub struct Series<'a>(pub Vec<(f64, &'a PointRuns)>);
 /// The values of a point's parameters but for `axis`, and but for those that may follow from it (`auto`) unless they are
 /// `wanted`.
 fn others(point: &PointRuns, axis: &str, wanted: bool) -> String {
-    let of = |name: &str| PARAMETERS.iter().find(|parameter| parameter.name == name);
-    let is_form = |name: &str| of(name).is_some_and(|parameter| parameter.instead_of == Some(axis));
-    let counts = PARAMETERS.iter().filter(|parameter| parameter.name != axis && !is_form(parameter.name));
-    let counts = counts.filter(|parameter| wanted || parameter.auto.is_empty());
+    let stands = |parameter: &&Parameter| parameter.name != axis && parameter.instead_of != Some(axis);
+    let counts = PARAMETERS.iter().filter(stands).filter(|parameter| wanted || parameter.auto.is_empty());
     let values = counts.filter_map(|parameter| Some((parameter.name, parameter.get(&point.point)?)));
     values.map(|(name, value)| format!("{name} = {value:?}; ")).collect()
+}
+
+/// Whether a campaign may leave a parameter of this point to the program. Then it may change along any axis.
+pub(crate) fn may_follow(point: &Point, name: &str) -> bool {
+    let mut rows = PARAMETERS.iter().filter(|parameter| parameter.name == name && parameter.get(point).is_some());
+    rows.any(|parameter| !parameter.auto.is_empty())
 }
 
 /// The value of a parameter of a point, if it is a number.
@@ -29,7 +34,7 @@ fn number(point: &PointRuns, name: &str) -> Option<f64> {
 ///
 /// Numbers of vertices, wall stiffnesses and steps that a campaign leaves to the program may change along the axis. Where
 /// two points have the same value of the axis, those numbers tell series apart too.
-pub fn series<'a>(points: &'a [PointRuns], axis: &str) -> Vec<Series<'a>> {
+pub fn series<'a>(points: &'a [impl Borrow<PointRuns>], axis: &str) -> Vec<Series<'a>> {
     let grouped = |points: &[&'a PointRuns], wanted: bool| {
         let mut groups: BTreeMap<String, Vec<&'a PointRuns>> = BTreeMap::new();
         let on_axis = points.iter().filter(|point| number(point, axis).is_some());
@@ -39,7 +44,7 @@ pub fn series<'a>(points: &'a [PointRuns], axis: &str) -> Vec<Series<'a>> {
     let values = |group: &[&PointRuns]| -> BTreeSet<u64> {
         group.iter().filter_map(|point| number(point, axis)).map(f64::to_bits).collect()
     };
-    let all: Vec<&PointRuns> = points.iter().collect();
+    let all: Vec<&PointRuns> = points.iter().map(Borrow::borrow).collect();
     let groups = grouped(&all, false).flat_map(|group| match values(&group).len() == group.len() {
         true => vec![group],
         false => grouped(&group, true).collect(),
@@ -53,10 +58,10 @@ pub fn series<'a>(points: &'a [PointRuns], axis: &str) -> Vec<Series<'a>> {
 }
 
 /// The parameters along which there is a series of at least `fewest` points.
-pub fn axes(points: &[PointRuns], fewest: usize) -> Vec<&'static str> {
+pub fn axes(points: &[impl Borrow<PointRuns>], fewest: usize) -> Vec<&'static str> {
     let mut names = Vec::new();
     for parameter in PARAMETERS.iter().filter(|parameter| parameter.instead_of.is_none()) {
-        let mut values: Vec<f64> = points.iter().filter_map(|point| number(point, parameter.name)).collect();
+        let mut values: Vec<f64> = points.iter().filter_map(|point| number(point.borrow(), parameter.name)).collect();
         values.sort_by(f64::total_cmp);
         values.dedup();
         let is_axis = values.len() >= fewest && !names.contains(&parameter.name);
@@ -70,7 +75,7 @@ pub fn axes(points: &[PointRuns], fewest: usize) -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Deformable, Density, Model, ObstacleField, Point, Scene};
+    use crate::parameters::{Deformable, Density, Model, ObstacleField, Scene};
 
     fn point(gamma: f64, n_vertices: usize, w_ob: f64) -> PointRuns {
         let array = ObstacleField { w_ob, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 60.0 };

@@ -17,19 +17,10 @@
 use crate::parameters::Model;
 use crate::results::fits::{FinishedRun, PointRuns, SpeedAverage};
 use crate::results::trajectory::Outcome;
-use crate::study::random::index;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use crate::study::studentised::Deviations;
 
 /// An interval needs at least this many runs.
 const FEWEST_RUNS: usize = 5;
-
-/// Number of resamples; the 250th from either end bound the central 95%. All points share the random numbers, because
-/// the seed is fixed. So the number is large: with few resamples all intervals would be shifted in the same way.
-const RESAMPLES: usize = 9999;
-
-/// Largest number of resamples that may repeat one value, 1%. Of five different values 0.16% do so, of four 1.6%.
-const MOST_REPEATED: usize = RESAMPLES / 100;
 
 /// Seed of the bootstrap.
 const SEED: u64 = 0x0073_7065_6564;
@@ -55,12 +46,9 @@ const SEED: u64 = 0x0073_7065_6564;
 /// assert!((average.ca.unwrap() - 0.7 * std::f64::consts::PI / 2.0).abs() < 1e-12);
 /// ```
 pub fn speed_average(point: &PointRuns) -> SpeedAverage {
-    let flowed = |outcome| matches!(outcome, Outcome::TimeLimit | Outcome::Distance | Outcome::Exited);
-    let flowing = point.runs.iter().filter(|run| flowed(run.outcome) && run.arrested.is_none());
-    let mut speeds: Vec<f64> = flowing.filter_map(|run| run.v_g_mean).collect();
+    let mut speeds: Vec<f64> = point.runs.iter().filter_map(FinishedRun::flowing_speed).collect();
     // Sorted, so that neither the sum nor the resamples depend on the order of the runs.
     speeds.sort_by(f64::total_cmp);
-    let count = |which: &dyn Fn(&FinishedRun) -> bool| point.runs.iter().filter(|run| which(run)).count() as u32;
     let v_g = (!speeds.is_empty()).then(|| mean(&speeds));
     let interval = studentised_interval(&speeds);
     let ca = match &point.point.model {
@@ -70,9 +58,9 @@ pub fn speed_average(point: &PointRuns) -> SpeedAverage {
     SpeedAverage {
         runs: point.runs.len() as u32,
         flowing: speeds.len() as u32,
-        by_distance: count(&|run| run.outcome == Outcome::Distance),
-        by_time: count(&|run| run.outcome == Outcome::TimeLimit && run.arrested.is_none()),
-        arrested: count(&|run| run.arrested.is_some()),
+        by_distance: point.count(|run| run.outcome == Outcome::Distance),
+        by_time: point.count(FinishedRun::is_cut_by_time),
+        arrested: point.count(|run| run.arrested.is_some()),
         v_g,
         v_g_low: interval.map(|(low, _)| low),
         v_g_high: interval.map(|(_, high)| high),
@@ -86,24 +74,14 @@ fn studentised_interval(values: &[f64]) -> Option<(f64, f64)> {
         return None;
     }
     let (centre, error) = mean_and_error(values);
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut resample = vec![0.0; values.len()];
-    let mut deviations = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
-        resample.fill_with(|| values[index(&mut random, values.len())]);
+    let deviations = Deviations::of(values.len(), SEED, |drawn| {
+        resample.iter_mut().zip(drawn).for_each(|(value, &at)| *value = values[at]);
         let (mean, own_error) = mean_and_error(&resample);
         // If all values of a resample are equal, their standard error is round-off.
-        if own_error > 1e-6 * error {
-            deviations.push((mean - centre) / own_error);
-        }
-    }
-    if deviations.len() < RESAMPLES - MOST_REPEATED {
-        return None;
-    }
-    deviations.sort_by(f64::total_cmp);
-    let tail = (deviations.len() + 1) / 40;
-    let (smallest, largest) = (deviations[tail - 1], deviations[deviations.len() - tail]);
-    Some((centre - largest * error, centre - smallest * error))
+        (own_error > 1e-6 * error).then(|| (mean - centre) / own_error)
+    });
+    Some(deviations?.interval(centre, error))
 }
 
 /// Mean and its standard error, `sqrt(sum (x - mean)^2/(n (n - 1)))`, of at least two values.

@@ -10,6 +10,7 @@ use meniscus::store::{
 };
 use meniscus::study::fits::FittedPoint;
 use meniscus::study::survival::kaplan_meier::Step;
+use std::path::Path;
 use std::time::Duration;
 
 #[test]
@@ -341,6 +342,18 @@ fn a_shape_with_a_coordinate_that_is_no_number_makes_a_failed_run_that_keeps_the
     assert_eq!(outlines(dir.path(), job).unwrap(), [outline(0.0, 0, true)]);
 }
 
+/// Turns all ends of this kind in a sound store into another. A check finds the problem, and a repair puts it right.
+fn contradict(dir: &Path, outcome: &str, problem: &str) {
+    assert_eq!(check(dir).unwrap().findings, []);
+    let conn = rusqlite::Connection::open(dir.join("store.db")).unwrap();
+    conn.execute("UPDATE outcomes SET outcome = 'distance' WHERE outcome = ?1", [outcome]).unwrap();
+    drop(conn);
+    std::fs::remove_file(dir.join("store.db.seal")).unwrap();
+    let found = check(dir).unwrap().findings;
+    assert!(found.iter().any(|finding| finding.problem.contains(problem)), "{found:?}");
+    repair(dir).unwrap();
+}
+
 #[test]
 fn a_closed_film_is_kept_read_back_and_checked() {
     let dir = tempfile::tempdir().unwrap();
@@ -359,14 +372,7 @@ fn a_closed_film_is_kept_read_back_and_checked() {
     drop(writer.finish().unwrap());
     let kept = "SELECT r = r_end, t = t_end, x, y, outcome FROM pinch_events JOIN runs USING (job_id)";
     assert_eq!(csv(dir.path(), kept), ["1,1,251.5,249.25,pinched"]);
-    assert_eq!(check(dir.path()).unwrap().findings, []);
-    let conn = rusqlite::Connection::open(dir.path().join("store.db")).unwrap();
-    conn.execute("UPDATE outcomes SET outcome = 'distance'", []).unwrap();
-    drop(conn);
-    std::fs::remove_file(dir.path().join("store.db.seal")).unwrap();
-    let found = check(dir.path()).unwrap().findings;
-    assert!(found.iter().any(|finding| finding.problem.contains("closed film contradict")), "{found:?}");
-    repair(dir.path()).unwrap();
+    contradict(dir.path(), "pinched", "closed film contradict");
     assert_eq!(csv(dir.path(), "SELECT count(*) FROM pinch_events"), ["0"]);
 }
 
@@ -393,14 +399,7 @@ fn an_arrest_is_kept_read_back_counted_as_a_clog_and_checked() {
     drop(store);
     let kept = "SELECT r, x, y, way_left, energy_left, outcome FROM arrest_events JOIN runs USING (job_id)";
     assert_eq!(csv(dir.path(), kept), ["2.25,252.0,249.5,0.001,1e-6,time_limit"]);
-    assert_eq!(check(dir.path()).unwrap().findings, []);
-    let conn = rusqlite::Connection::open(dir.path().join("store.db")).unwrap();
-    conn.execute("UPDATE outcomes SET outcome = 'distance' WHERE outcome = 'time_limit'", []).unwrap();
-    drop(conn);
-    std::fs::remove_file(dir.path().join("store.db.seal")).unwrap();
-    let found = check(dir.path()).unwrap().findings;
-    assert!(found.iter().any(|finding| finding.problem.contains("result and arrest contradict")), "{found:?}");
-    repair(dir.path()).unwrap();
+    contradict(dir.path(), "time_limit", "result and arrest contradict");
     assert_eq!(csv(dir.path(), "SELECT count(*) FROM arrest_events"), ["0"]);
     assert_eq!(csv(dir.path(), "SELECT state FROM runs ORDER BY seed"), ["done", "pending", "pending"]);
 }

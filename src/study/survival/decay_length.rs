@@ -44,11 +44,14 @@ pub struct Lifetime {
 impl Lifetime {
     /// That of a finished run, which counts as cut off at `edge`.
     pub(super) fn of(run: &FinishedRun, edge: f64) -> Self {
-        match run.stays_at() {
-            Some(r) if r <= edge => Self { r, clogged: true },
-            Some(_) => Self { r: edge, clogged: false },
-            None => Self { r: if run.r_end > edge { edge } else { run.r_end }, clogged: false },
-        }
+        let (r, clogged) = run.stays_at().map_or((run.r_end, false), |r| (r, true));
+        if r > edge { Self { r: edge, clogged: false } } else { Self { r, clogged }.not_negative() }
+    }
+
+    /// With 0 in the place of a negative displacement.
+    fn not_negative(self) -> Self {
+        // f64::max would turn a NaN into 0; it must stay, so that the result shows it.
+        if self.r > 0.0 || self.r.is_nan() { self } else { Self { r: 0.0, ..self } }
     }
 }
 
@@ -63,10 +66,7 @@ pub struct Lifetimes {
 impl Lifetimes {
     /// Sorts lifetimes. A negative displacement counts as 0.
     pub fn new(mut lifetimes: Vec<Lifetime>) -> Self {
-        for life in &mut lifetimes {
-            // f64::max would turn a NaN into 0; it must stay, so that the result shows it.
-            life.r = if life.r > 0.0 || life.r.is_nan() { life.r } else { 0.0 };
-        }
+        lifetimes.iter_mut().for_each(|life| *life = life.not_negative());
         lifetimes.sort_by(|a, b| a.r.total_cmp(&b.r).then(b.clogged.cmp(&a.clogged)));
         Self { lives: lifetimes, from: 0.0 }
     }
@@ -187,11 +187,7 @@ pub(super) fn runs_for_ten_percent(runs: usize, clogs: usize) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn lifetimes(clogged: &[f64], censored: &[f64]) -> Lifetimes {
-        let life = |clogged| move |&r: &f64| Lifetime { r, clogged };
-        Lifetimes::new(clogged.iter().map(life(true)).chain(censored.iter().map(life(false))).collect())
-    }
+    use crate::study::survival::lifetimes;
 
     #[test]
     fn lambda_is_all_distance_over_the_clogs_and_its_ends_lie_1_92_below_the_top() {

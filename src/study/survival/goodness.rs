@@ -78,12 +78,7 @@ fn kolmogorov(gap: f64, n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::survival::decay_length::Lifetime;
-
-    fn lifetimes(clogged: &[f64], cut_off: &[f64]) -> Lifetimes {
-        let life = |clogged| move |&r: &f64| Lifetime { r, clogged };
-        Lifetimes::new(clogged.iter().map(life(true)).chain(cut_off.iter().map(life(false))).collect())
-    }
+    use crate::study::survival::lifetimes;
 
     #[test]
     fn a_clog_falls_where_all_runs_together_had_got() {

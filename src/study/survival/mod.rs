@@ -42,22 +42,25 @@ use crate::study::survival::kaplan_meier::Step;
 /// The decay length of one point, in sigma, by every estimator, from what lies beyond the displacement `from`. Elsewhere
 /// than in an array of obstacles there is one place to clog at, and no decay length.
 pub fn lambda_fit(point: &PointRuns, from: f64) -> LambdaFit {
-    let all = all_lifetimes(point);
-    let lifetimes = all.beyond(from);
-    let count = |which: &dyn Fn(&FinishedRun) -> bool| point.runs.iter().filter(|run| which(run)).count() as u32;
+    survival_fit(point, from).0
+}
+
+/// The decay length of one point, and the survival curve without a model, which has no steps where there is no decay length.
+pub fn survival_fit(point: &PointRuns, from: f64) -> (LambdaFit, Vec<Step>) {
     let edge = edge(point);
+    let lifetimes = Lifetimes::of_runs(&point.runs, edge).beyond(from);
     let counted = LambdaFit {
         runs: lifetimes.len() as u32,
         clogs: lifetimes.clogs() as u32,
-        arrested: count(&|run| run.arrested.is_some_and(|r| r > from && r <= edge)),
-        by_distance: count(&|run| run.outcome == Outcome::Distance && run.r_end > from),
-        by_time: count(&|run| was_cut_by_time(run, edge) && run.r_end > from),
-        beyond_box: count(&|run| run.stays_at().unwrap_or(run.r_end) > edge),
+        arrested: point.count(|run| run.arrested.is_some_and(|r| r > from && r <= edge)),
+        by_distance: point.count(|run| run.outcome == Outcome::Distance && run.r_end > from),
+        by_time: point.count(|run| run.is_cut_by_time() && run.r_end > from && run.r_end <= edge),
+        beyond_box: point.count(|run| run.stays_at().unwrap_or(run.r_end) > edge),
         r_from: from,
         ..LambdaFit::default()
     };
     if !matches!(point.point.scene, Scene::Obstacles(_)) {
-        return counted;
+        return (counted, Vec::new());
     }
     let (lambda, lambda_low, lambda_high) = match decay_length::maximum_likelihood(&lifetimes) {
         DecayLength::Measured { lambda, low, high } => (Some(lambda), Some(low), Some(high)),
@@ -65,39 +68,26 @@ pub fn lambda_fit(point: &PointRuns, from: f64) -> LambdaFit {
         DecayLength::Unknown => (None, None, None),
     };
     let stuck = (counted.by_time > 0).then(|| decay_length::if_stuck(&lifetimes, counted.by_time));
-    let shape = weibull::shape(&lifetimes);
-    LambdaFit {
+    let (curve, shape) = (kaplan_meier::steps(&lifetimes), weibull::shape(&lifetimes));
+    let fit = LambdaFit {
         lambda,
         lambda_low,
         lambda_high,
         lambda_if_stuck: stuck.flatten(),
-        lambda_least_squares: least_squares::lambda(&kaplan_meier::steps(&lifetimes)),
+        lambda_least_squares: least_squares::lambda(&curve),
         p_exponential: goodness::p_exponential(&lifetimes),
         weibull_shape: shape.map(|shape| shape.k),
         weibull_low: shape.map(|shape| shape.low),
         weibull_high: shape.map(|shape| shape.high),
         runs_for_ten_percent: decay_length::runs_for_ten_percent(point.runs.len(), lifetimes.clogs()),
         ..counted
-    }
-}
-
-/// The survival curve of one point beyond `from`, without a model; nothing elsewhere than in an array of obstacles.
-pub fn survival_curve(point: &PointRuns, from: f64) -> Vec<Step> {
-    match point.point.scene {
-        Scene::Obstacles(_) => kaplan_meier::steps(&all_lifetimes(point).beyond(from)),
-        _ => Vec::new(),
-    }
-}
-
-/// The lifetimes of all runs of a point.
-fn all_lifetimes(point: &PointRuns) -> Lifetimes {
-    Lifetimes::of_runs(&point.runs, edge(point))
+    };
+    (fit, curve)
 }
 
 /// How far one run of a point got: at least 0, and at most one side of its periodic box.
 pub(super) fn lifetime_of(point: &PointRuns, run: &FinishedRun) -> Lifetime {
-    let life = Lifetime::of(run, edge(point));
-    Lifetime { r: if life.r < 0.0 { 0.0 } else { life.r }, ..life }
+    Lifetime::of(run, edge(point))
 }
 
 /// How far a droplet goes before it meets the same obstacles again, in sigma.
@@ -108,7 +98,9 @@ fn edge(point: &PointRuns) -> f64 {
     }
 }
 
-/// Whether time ran out on a droplet that was not at rest.
-fn was_cut_by_time(run: &FinishedRun, edge: f64) -> bool {
-    run.outcome == Outcome::TimeLimit && run.arrested.is_none() && run.r_end <= edge
+/// Lifetimes of runs that clogged at these displacements, and of others that were cut off at those.
+#[cfg(test)]
+fn lifetimes(clogged: &[f64], cut_off: &[f64]) -> Lifetimes {
+    let life = |clogged| move |&r: &f64| Lifetime { r, clogged };
+    Lifetimes::new(clogged.iter().map(life(true)).chain(cut_off.iter().map(life(false))).collect())
 }

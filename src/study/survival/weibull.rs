@@ -105,12 +105,7 @@ impl Likelihood {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::survival::decay_length::Lifetime;
-
-    fn lifetimes(clogged: &[f64], cut_off: &[f64]) -> Lifetimes {
-        let life = |clogged| move |&r: &f64| Lifetime { r, clogged };
-        Lifetimes::new(clogged.iter().map(life(true)).chain(cut_off.iter().map(life(false))).collect())
-    }
+    use crate::study::survival::lifetimes;
 
     #[test]
     fn the_shape_of_the_6_mp_arm_is_the_published_one() {
