@@ -1,4 +1,4 @@
-//! Laws of both integrators as jobs take them: the same physics, and what happens where one of them gives up.
+//! Laws of the integrators as jobs take them: the same physics, and what happens where one of them gives up.
 
 #[path = "common/single.rs"]
 mod single;
@@ -12,22 +12,26 @@ const ARRAY: &str =
     "sample_every = 1.0\nscene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\ndensity = 0.7\nbox_size = 20.0\n";
 
 #[test]
-fn both_integrators_take_a_droplet_through_the_channel_alike() {
+fn all_integrators_take_a_droplet_through_the_channel_alike() {
     for physics in ["", "b0 = 0.1"] {
-        let passage = |integrator: &str, dt: f64| {
+        let passage = |integrator: &str, step: &str| {
             let keys = "sample_every = 1.0\nscene = \"channel\"\nw = 0.9\ngamma = 0.5\nh_start = -1.0\nn_vertices = 128\nv_t = 0.08";
-            let passage = run(&format!("{keys}\nintegrator = \"{integrator}\"\ndt = {dt}\n{physics}"), 0).unwrap();
+            let passage = run(&format!("{keys}\nintegrator = \"{integrator}\"\n{step}\n{physics}"), 0).unwrap();
             assert_eq!(passage.outcome, Outcome::Exited);
             passage
         };
-        let (verlet, implicit) = (passage("verlet", 5e-4), passage("implicit", 0.02));
-        let (a, b) = (verlet.shape_max.unwrap(), implicit.shape_max.unwrap());
-        assert!((a - b).abs() < 0.02 * (a - 1.0), "{physics}: A_max {a} and {b}");
-        let (a, b) = (verlet.v_g_mean.unwrap(), implicit.v_g_mean.unwrap());
-        assert!((a / b - 1.0).abs() < 0.01, "{physics}: mean speeds {a} and {b}");
-        for (i, h) in implicit.samples.h.iter().enumerate().take(verlet.samples.len()) {
-            assert_eq!(implicit.samples.t[i], verlet.samples.t[i]);
-            assert!((h - verlet.samples.h[i]).abs() < 5e-3, "{physics}: {h} at t = {}", implicit.samples.t[i]);
+        let verlet = passage("verlet", "dt = 5e-4");
+        for (integrator, step) in [("implicit", "dt = 0.02"), ("adaptive", ""), ("adaptive", "step_error = 1e-3")] {
+            let other = passage(integrator, step);
+            let (a, b) = (verlet.shape_max.unwrap(), other.shape_max.unwrap());
+            assert!((a - b).abs() < 0.02 * (a - 1.0), "{physics} {integrator}: A_max {a} and {b}");
+            let (a, b) = (verlet.v_g_mean.unwrap(), other.v_g_mean.unwrap());
+            assert!((a / b - 1.0).abs() < 0.01, "{physics} {integrator}: mean speeds {a} and {b}");
+            for (i, h) in other.samples.h.iter().enumerate().take(verlet.samples.len()) {
+                assert_eq!(other.samples.t[i], verlet.samples.t[i]);
+                let t = other.samples.t[i];
+                assert!((h - verlet.samples.h[i]).abs() < 5e-3, "{physics} {integrator}: {h} at t = {t}");
+            }
         }
     }
 }
@@ -76,7 +80,7 @@ fn every_droplet_that_a_campaign_can_name_falls_freely_as_a_circle_at_its_termin
             fallen += 1;
         }
     }
-    assert_eq!(fallen, 2 * (3 * 2 * 2 * 2 * 2 + 2 * 2), "so many combinations are not refused");
+    assert_eq!(fallen, 2 * (3 * 3 * 2 * 2 * 2 + 2 * 2), "so many combinations are not refused");
 }
 
 #[test]
@@ -113,9 +117,42 @@ fn the_literal_wall_clogs_a_droplet_where_the_shared_one_does() {
 }
 
 #[test]
-fn a_fine_and_stiff_ring_takes_the_implicit_integrator_by_itself_and_keeps_its_area() {
+fn steps_do_not_depend_on_when_the_droplet_is_looked_at() {
+    let keys = format!("{ARRAY}gamma = 1.09\nn_vertices = 64\nlimits.t_max = 64.0\nintegrator = \"adaptive\"");
+    let seen = |looks: &str| {
+        // ARRAY samples every t0.
+        let keys = keys.replace("sample_every = 1.0", &format!("sample_every = {looks}"));
+        run(&keys, 3).unwrap()
+    };
+    let (often, seldom) = (seen("0.25"), seen("16.0"));
+    assert_eq!(often.refused, seldom.refused);
+    assert_eq!((often.r_end, often.ek_ratio_end), (seldom.r_end, seldom.ek_ratio_end));
+    for (i, t) in seldom.samples.t.iter().enumerate() {
+        let same = often.samples.t.iter().position(|other| other == t).expect("a quarter divides 16");
+        assert_eq!(seldom.samples.h[i].to_bits(), often.samples.h[same].to_bits(), "t = {t}");
+    }
+}
+
+#[test]
+fn steps_that_follow_their_error_end_where_much_finer_steps_end() {
+    for (gamma, seed) in [(0.8, 0), (1.09, 1), (1.09, 2), (3.0, 3)] {
+        let clog = |step: &str| {
+            let keys = format!("{ARRAY}gamma = {gamma}\nn_vertices = 64\nlimits.ek_threshold = 1e-13\n{step}");
+            let trajectory = run(&keys, seed).unwrap();
+            assert!(trajectory.energy_rise_max < 1e-9, "{step}: {}", trajectory.energy_rise_max);
+            trajectory
+        };
+        let (fine, adaptive) = (clog("integrator = \"implicit\"\ndt = 0.00625"), clog(""));
+        assert_eq!(fine.outcome, Outcome::Clogged);
+        assert!((fine.r_end - adaptive.r_end).abs() < 1e-3, "seed {seed}: {} and {}", fine.r_end, adaptive.r_end);
+        assert!((fine.t_end / adaptive.t_end - 1.0).abs() < 0.02, "seed {seed}: {} and {}", fine.t_end, adaptive.t_end);
+    }
+}
+
+#[test]
+fn a_fine_and_stiff_ring_takes_implicit_steps_by_itself_and_keeps_its_area() {
     let keys = format!("{ARRAY}gamma = 10.0\nn_vertices = 1024\nlimits.t_max = 20.0");
-    assert_eq!(job(&keys, 0).1, Integrator::Implicit);
+    assert_eq!(job(&keys, 0).1, Integrator::Adaptive);
     let trajectory = run(&keys, 0).unwrap();
     assert_eq!(trajectory.outcome, Outcome::TimeLimit);
     // Gamma/R over K_a is 0.25% of the area.

@@ -58,6 +58,7 @@ sigma_ob = 0.3
 density = 0.7
 box_size = 40.0
 n_vertices = 64
+integrator = "implicit"
 gamma = 1.0
 e_w = 300.0
 runs_per_point = 3

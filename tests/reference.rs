@@ -163,7 +163,7 @@ fn man_shows_the_main_page_and_one_of_each_subcommand() {
 /// Bad campaigns that break what the schema cannot know: conditions on several keys or numbers, what blocks inherit,
 /// and numbers that JSON does not have.
 const BEYOND_A_SCHEMA: [&str; 24] = [
-    "adaptive_for_vertex",
+    "adaptive_for_sp",
     "bond_and_gamma",
     "darcy_looks",
     "darcy_springs",
@@ -181,7 +181,7 @@ const BEYOND_A_SCHEMA: [&str; 24] = [
     "obstacles_too_many",
     "obstacles_wider_than_box",
     "springs_by_default",
-    "step_error_for_vertex",
+    "step_error_of_fixed_steps",
     "tolerance_and_what_it_chooses",
     "tolerance_on_a_plate",
     "too_dense",

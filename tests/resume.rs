@@ -32,7 +32,9 @@ fn cases() -> Vec<(&'static str, Job)> {
         ("hydrostatic", job("scene = \"plate\"\ngamma = 0.2\nkappa = 0.3\nn_vertices = 48\ngravity = \"centroid\"\nlimits.t_max = 60.0", 0).0),
         ("near walls", dense("integrator = \"verlet\"\ngamma = 0.3\nn_vertices = 48\nb0 = 0.4\nlimits.t_max = 60.0")),
         ("refused steps", in_steps(dense("gamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0"), 2.5e-2)),
-        ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 90.0")),
+        ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 90.0")),
+        ("adaptive", dense("gamma = 1.09\nstep_error = 1e-7\nn_vertices = 64\nshapes_every = 7.0\nlimits.t_max = 90.0")),
+        ("adaptive, near walls", dense("gamma = 0.3\nb0 = 0.4\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 60.0")),
         ("implicit, near walls", dense("gamma = 0.1\nb0 = 0.4\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 60.0")),
         ("liquid", dense("dynamics = \"darcy\"\ngamma = 0.8\nn_vertices = 32\nlimits.t_max = 60.0")),
         ("soft", dense("model = \"SP\"\ne_w = 10.0\nlimits.t_max = 3000.0")),
@@ -98,7 +100,10 @@ fn a_run_cut_at_many_checks_equals_an_uninterrupted_one_for_every_motion() {
         let (whole, _) = cut(&job, &[]);
         let result = whole.as_ref().unwrap_or_else(|failure| panic!("{name}: {failure}"));
         assert!(result.steps > 100 && result.samples.len() > 3, "{name}");
-        assert!(result.refused > 0 || !["refused steps", "implicit"].contains(&name), "{name} refuses none");
+        assert!(
+            result.refused > 0 || !["refused steps", "implicit", "adaptive"].contains(&name),
+            "{name} refuses none"
+        );
         let (often, seen) = cut(&job, &[2, 3, 5, 8, 13, 21, 34, 38, 44, 45, 46, 55, 57]);
         assert!(seen > 2, "{name}");
         assert_eq!(bits(&often), bits(&whole), "{name}");
@@ -108,7 +113,7 @@ fn a_run_cut_at_many_checks_equals_an_uninterrupted_one_for_every_motion() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
-    fn it_does_wherever_it_is_cut(case in 0..12_usize, cuts in proptest::collection::vec(1..60_u64, 1..6)) {
+    fn it_does_wherever_it_is_cut(case in 0..14_usize, cuts in proptest::collection::vec(1..60_u64, 1..6)) {
         let (name, job) = cases().swap_remove(case);
         prop_assert_eq!(bits(&cut(&job, &cuts).0), bits(&cut(&job, &[]).0), "{}", name);
     }
@@ -169,7 +174,7 @@ fn a_run_that_goes_on_from_the_end_of_a_shorter_one_equals_an_uninterrupted_one_
 #[test]
 fn a_run_stopped_at_any_instant_between_two_checks_equals_an_uninterrupted_one() {
     let (arrays, stop) = (ArrayLibrary::default(), AtomicBool::new(false));
-    for (name, job) in cases().into_iter().filter(|(name, _)| ["piled up", "implicit"].contains(name)) {
+    for (name, job) in cases().into_iter().filter(|(name, _)| ["piled up", "implicit", "adaptive"].contains(name)) {
         let (mut from, mut stops, mut pause) = (None, 0, 200);
         let result = loop {
             let ended = std::thread::scope(|scope| {

@@ -128,38 +128,31 @@ pub(crate) fn unmet_tolerance(point: &Point, tolerance: f64) -> Option<Breach> {
     }
 }
 
-/// The implicit integrator moves rings alone.
+/// The implicit integrators move rings alone.
 fn has_ring(point: &Point) -> Option<Breach> {
-    let implicit = point.stepping.integrator == Integrator::Implicit;
-    (implicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
+    let explicit = point.stepping.integrator == Integrator::Verlet;
+    (!explicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
         key: "integrator",
         excess: f64::INFINITY,
-        message: "the soft particle has no implicit integrator, and needs none".to_owned(),
+        message: format!("the soft particle has no {} integrator, and needs none", point.stepping.integrator.name()),
         help: "leave it out here, or give it in the blocks of model DP".to_owned(),
     })
 }
 
-/// Dense matrices bound the number of vertices under `dynamics = "darcy"`, and its steps are its own.
+/// Dense matrices bound the number of vertices under `dynamics = "darcy"`, and steps that follow their error have no
+/// length of their own.
 fn fits_dynamics(point: &Point) -> Option<Breach> {
     let breach = |key, excess, message, help: &str| Some(Breach { key, excess, message, help: help.to_owned() });
-    let adaptive = point.stepping.integrator == Integrator::Adaptive;
-    let ring = match &point.model {
-        Model::Deformable(ring) if ring.dynamics == Dynamics::Darcy => ring,
-        Model::Deformable(_) | Model::Soft(_) => {
-            let message = "steps that follow their error are those of dynamics = \"darcy\"".to_owned();
-            let help = "write dynamics = \"darcy\", or integrator = \"auto\"";
-            return if adaptive { breach("integrator", f64::INFINITY, message, help) } else { None };
-        }
-    };
-    if !DARCY_VERTICES.contains(&ring.n_vertices) {
+    let Model::Deformable(ring) = &point.model else { return None };
+    if ring.dynamics == Dynamics::Darcy && !DARCY_VERTICES.contains(&ring.n_vertices) {
         let (n, most) = (ring.n_vertices as f64, *DARCY_VERTICES.end() as f64);
         let message = format!("{n} vertices do not fit dynamics = \"darcy\", whose matrices are dense");
         let help = "n_vertices must be a whole number from 16 to 512 there; left out, it is 64 to 192";
         return breach("n_vertices", (n / most).max(*DARCY_VERTICES.start() as f64 / n), message, help);
     }
-    if !(1e-3..=10.0).contains(&point.stepping.dt) {
+    if point.stepping.integrator == Integrator::Adaptive && !(1e-3..=10.0).contains(&point.stepping.dt) {
         let message = format!("{} is no time between two looks at a droplet", Short(point.stepping.dt));
-        let help = "under dynamics = \"darcy\" dt must be a number from 0.001 to 10; steps follow `step_error`";
+        let help = "where steps follow their error (`step_error`), dt must be a number from 0.001 to 10";
         return breach("dt", f64::INFINITY, message, help);
     }
     None

@@ -102,13 +102,13 @@ choice!(
 choice!(
     /// Which integrator a campaign asks for; a job has a definite one.
     IntegratorChoice {
-        /// The implicit one where it is expected to cost less than half of Verlet's time, else Verlet.
+        /// Implicit steps that follow their error where they are expected to cost much less than Verlet's, else Verlet.
         Auto = "auto",
         /// Modified velocity-Verlet.
         Verlet = "verlet",
-        /// The implicit one.
+        /// Implicit steps of fixed length.
         Implicit = "implicit",
-        /// That of `dynamics = "darcy"`.
+        /// Implicit steps that follow their error.
         Adaptive = "adaptive",
     }
 );
@@ -117,9 +117,9 @@ choice!(
     Integrator {
         /// Modified velocity-Verlet with implicit drag.
         Verlet = "verlet",
-        /// Implicit backward differences of second order; only for the deformable particle.
+        /// Implicit backward differences of second order in steps of fixed length; only for the ring of springs.
         Implicit = "implicit",
-        /// Implicit steps whose length follows their error; only for `dynamics = "darcy"`.
+        /// Implicit steps whose length follows their error; only for the deformable particle.
         Adaptive = "adaptive",
     }
 );

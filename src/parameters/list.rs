@@ -98,7 +98,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter("engulfed", "what happens when an obstacle lies inside the ring", field!(ring.engulfed))
         .of(DP).choice(Engulfed::NAMES),
 
-    parameter("step_error", "largest error of a vertex in one step of dynamics = \"darcy\"", STEP_ERROR_FIELD)
+    parameter("step_error", "largest error of a vertex in a step that follows its error", STEP_ERROR_FIELD)
         .of(DP).number(between(1e-7, 1e-2)).default(STEP_ERROR).unit("sigma"),
 
     parameter("w_ob", "smallest gap between two obstacles", field!(array.w_ob))
@@ -138,12 +138,12 @@ pub static PARAMETERS: &[Parameter] = &[
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
         .choice(IntegratorChoice::NAMES)
-        .auto("adaptive; for a soft particle verlet; under dynamics = \"vertex\" implicit where that costs less than half of verlet's \
-               time, else verlet"),
+        .auto("adaptive; for a soft particle verlet; under dynamics = \"vertex\" adaptive where dt is left out and implicit steps cost \
+               less than half of verlet's, else verlet"),
     parameter("dt", "time step", field!(point.stepping.dt))
         .number_or("auto", POSITIVE).unit("t0")
-        .auto("1/8 or less, the grid of times at which the droplet is looked at; Verlet: up to 0.001 and 0.8 of the stability limit; \
-               the implicit integrator: 1/16 or less"),
+        .auto("adaptive: 1/8 or less, the grid of times at which the droplet is looked at; verlet: up to 0.001 and 0.8 of the \
+               stability limit; implicit: 1/16 or less"),
     parameter("t_max", "longest simulated time", field!(point.limits.t_max))
         .limit().number(POSITIVE).default(2e5).unit("t0"),
     parameter("distance", "way after which a run ends", field!(point.limits.distance))

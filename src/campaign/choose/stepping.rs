@@ -7,12 +7,16 @@
 //! below 1.2e-3, as it always is under `dt = "auto"`. The costs are constants and not measured on each machine, because
 //! the choice is part of a job's identity.
 //!
+//! Implicit steps that follow their error replace 16 to 2000 fixed ones of 1/16 t0 by one where nothing happens, and cost a
+//! quarter of them over a run. They are what `auto` takes in place of fixed ones; a given `dt` means fixed steps of that
+//! length.
+//!
 //! Droplets that fold back on themselves stay with Verlet, because Newton's method converges slowly where self-contact
 //! acts: self-contact gives it no second derivatives.
 //!
-//! Example: at the reference point Verlet takes 0.57 ms of CPU per t0 and the implicit integrator 0.2 ms; their
-//! positions agree within 1e-3 sigma. With the literal wall stiffness at N_v = 256 Verlet needs `dt < 4.8e-6`, and
-//! costs several hundred times as much as the implicit integrator.
+//! Example: from the start to the clog at the reference point, Verlet takes 0.57 ms of CPU per t0, fixed implicit steps 0.2
+//! ms, and those that follow their error 0.04 ms; their positions agree within 1e-3 sigma. With the literal wall stiffness
+//! at N_v = 256 Verlet needs `dt < 4.8e-6`, and costs several hundred times as much as fixed implicit steps.
 
 use crate::parameters::{
     Deformable, Dynamics, Integrator, IntegratorChoice, Model, Point, SelfContact, Stepping, WallStiffness,
@@ -61,10 +65,15 @@ pub(crate) fn implicit_dt(point: &Point) -> f64 {
     dt
 }
 
-/// Time between two looks at a droplet under `dynamics = "darcy"`, in t0. Its steps are as long as their error allows.
+/// Time between two looks at a droplet whose steps follow their error, in t0.
 pub(crate) const ADAPTIVE_DT: f64 = 0.125;
 
-/// The nominal step under `dynamics = "darcy"`: 1/8, halved until it is not longer than the time between two samples.
+/// Newton steps that a droplet among obstacles takes in implicit steps that follow their error, in each time in which it
+/// would fall by one sigma. Measured from start to clog at V_t = 0.03 to 1: 100 to 140.
+const NEWTON_STEPS_A_SIGMA: f64 = 125.0;
+
+/// The time between two looks at a droplet whose steps follow their error: 1/8, halved until it is not longer than the
+/// time between two samples.
 pub(crate) fn adaptive_dt(point: &Point) -> f64 {
     let mut dt = ADAPTIVE_DT;
     while dt > point.sample_every {
@@ -84,41 +93,41 @@ pub(crate) fn adaptive_s_per_t0(n_vertices: usize) -> f64 {
     3.5e-4 * libm::pow(n_vertices as f64 / 64.0, 2.4)
 }
 
-/// Estimated cost of a unit of time, in ns per vertex.
-pub(crate) fn cost_per_t0(stepping: &Stepping) -> f64 {
-    let step = match stepping.integrator {
-        Integrator::Verlet => VERLET_STEP_NS,
-        Integrator::Implicit => NEWTON_STEPS * NEWTON_STEP_NS,
-        Integrator::Adaptive => return 1e9 * adaptive_s_per_t0(64) / 64.0,
-    };
-    step / stepping.dt
+/// Estimated cost of a unit of time with a ring of springs in each of the [`candidates`], in ns per vertex.
+pub(crate) fn costs_per_t0(point: &Point, limit: &StabilityLimit) -> [f64; 3] {
+    let [verlet, implicit, _] = candidates(point, limit);
+    let adaptive = NEWTON_STEPS_A_SIGMA * point.v_t * NEWTON_STEP_NS;
+    [VERLET_STEP_NS / verlet.dt, NEWTON_STEPS * NEWTON_STEP_NS / implicit.dt, adaptive]
 }
 
-/// Verlet and the implicit integrator, with the steps that they take under `dt = "auto"`.
-pub(crate) fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 2] {
+/// Verlet, fixed implicit steps, and those that follow their error, as they are under `dt = "auto"`.
+pub(crate) fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 3] {
     [
         Stepping { integrator: Integrator::Verlet, dt: limit.auto_dt() },
         Stepping { integrator: Integrator::Implicit, dt: implicit_dt(point) },
+        Stepping { integrator: Integrator::Adaptive, dt: adaptive_dt(point) },
     ]
 }
 
-/// Chooses the stepping of a point; `point.stepping` is not read. `auto` takes the implicit integrator where that is
-/// worth it and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given `dt` is checked elsewhere
-/// ([`crate::campaign::checks`]).
+/// Chooses the stepping of a point; `point.stepping` is not read. `auto` takes implicit steps that follow their error where
+/// that is worth it and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given `dt` is checked
+/// elsewhere ([`crate::campaign::checks`]).
 pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
-    let [verlet, implicit] = candidates(point, limit);
-    if is_darcy(point) || asked == IntegratorChoice::Adaptive {
-        return Stepping { integrator: Integrator::Adaptive, dt: dt.unwrap_or_else(|| adaptive_dt(point)) };
-    }
+    let [verlet, implicit, adaptive] = candidates(point, limit);
     let worth_it = match (&point.model, dt) {
         (Model::Deformable(ring), None) if folds(ring) => false,
-        (Model::Deformable(_), None) => WORTH_IT * cost_per_t0(&implicit) < cost_per_t0(&verlet),
+        (Model::Deformable(_), None) => {
+            let [verlet, _, adaptive] = costs_per_t0(point, limit);
+            WORTH_IT * adaptive < verlet
+        }
         (Model::Soft(_), _) | (_, Some(_)) => false,
     };
     let chosen = match asked {
+        _ if is_darcy(point) => adaptive,
+        IntegratorChoice::Adaptive => adaptive,
         IntegratorChoice::Implicit => implicit,
-        IntegratorChoice::Auto if worth_it => implicit,
-        IntegratorChoice::Verlet | IntegratorChoice::Auto | IntegratorChoice::Adaptive => verlet,
+        IntegratorChoice::Auto if worth_it => adaptive,
+        IntegratorChoice::Verlet | IntegratorChoice::Auto => verlet,
     };
     Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
 }

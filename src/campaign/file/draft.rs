@@ -4,7 +4,7 @@ use crate::campaign::choose::stepping;
 use crate::campaign::choose::tolerance;
 use crate::campaign::file::keys::Key;
 use crate::campaign::file::{Estimate, Until};
-use crate::parameters::{Dynamics, GravityForm, IntegratorChoice, Model, Point, Scene, Soft, Value};
+use crate::parameters::{Dynamics, GravityForm, Integrator, IntegratorChoice, Model, Point, Scene, Soft, Value};
 use crate::physics::simulate::stability::{StabilityLimit, vertices_pile_up};
 
 /// The default of e_w under `dynamics = "darcy"`, up to Gamma = 1, and in proportion above: a contact then gives way by
@@ -95,12 +95,14 @@ impl Draft {
         self.choose_vertices(&mut point);
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe("dt"), &point, &limit);
+        forget_unused_error(&mut point);
         let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
         else {
             return (point, limit);
         };
         let mut point = tolerance::with_vertices(&point, choice.setting.n_vertices);
         point.stepping = choice.stepping;
+        forget_unused_error(&mut point);
         let limit = StabilityLimit::of(&point);
         (point, limit)
     }
@@ -154,5 +156,12 @@ impl Draft {
         if self.is_open("kappa") && hangs && vertices_pile_up(ring) {
             ring.kappa = ring.linear_kappa();
         }
+    }
+}
+
+/// Steps of fixed length do not ask for the error of a step, so it is no part of what the point is.
+fn forget_unused_error(point: &mut Point) {
+    if let (Model::Deformable(ring), false) = (&mut point.model, point.stepping.integrator == Integrator::Adaptive) {
+        ring.step_error = None;
     }
 }

@@ -248,7 +248,8 @@ fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
             ("integrator", &["auto", "adaptive"]),
             ("tolerance", &["none"]),
         ],
-        false => &[("step_error", &[])],
+        false if has_fixed_steps(view) => &[("step_error", &[])],
+        false => &[],
     };
     let means_nothing = |&(name, fitting): &(&'static str, &[&str])| {
         let given = view.get(name)?;
@@ -261,11 +262,23 @@ fn fits_dynamics(view: Inherited<'_>, problems: &mut Problems<'_>) -> bool {
                 "it means nothing for dynamics = \"darcy\", a liquid of constant tension without springs or inertia",
                 "leave it out, or write dynamics = \"vertex\", the ring of springs",
             ),
-            false => ("it means nothing for dynamics = \"vertex\"", "leave it out, or write dynamics = \"darcy\""),
+            false => (
+                "it means nothing for steps of fixed length",
+                "leave it out, or leave out dt and write integrator = \"adaptive\"",
+            ),
         };
         problems.note(&given.span, message).key(&given.path).help(help);
     }
     found.is_empty()
+}
+
+/// Whether a ring of springs is asked to take steps of fixed length.
+fn has_fixed_steps(view: Inherited<'_>) -> bool {
+    match view.word("integrator") {
+        Some("verlet" | "implicit") => true,
+        Some("adaptive") => false,
+        _ => view.get("dt").is_some() && view.word("dt").is_none(),
+    }
 }
 
 fn missing(key: &Key, view: Inherited<'_>, problems: &mut Problems<'_>) {

@@ -1,6 +1,6 @@
 //! Which integrator takes which points of a block, and why.
 
-use crate::campaign::choose::stepping::{candidates, choose, cost_per_t0, folds};
+use crate::campaign::choose::stepping::{choose, costs_per_t0, folds, is_darcy};
 use crate::campaign::file::Block;
 use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
@@ -11,6 +11,8 @@ enum Reason {
     Asked,
     /// A soft particle has only one.
     NoOther,
+    /// So has `dynamics = "darcy"`.
+    OfDynamics,
     StepGiven,
     /// The droplet folds back on itself, where the implicit integrator converges slowly.
     Folds,
@@ -41,7 +43,8 @@ pub(super) fn of(block: &Block, limits: &[StabilityLimit]) -> Vec<Chosen> {
 fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
     let cut = times.cut();
     match (reason, integrator) {
-        (_, Integrator::Adaptive) => "that of dynamics = \"darcy\": steps follow step_error".to_owned(),
+        (Reason::OfDynamics, _) => "that of dynamics = \"darcy\": steps follow step_error".to_owned(),
+        (Reason::Asked, Integrator::Adaptive) => "asked for; steps follow step_error".to_owned(),
         (Reason::Asked, _) => "asked for".to_owned(),
         (Reason::NoOther, _) => "the integrator of SP".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
@@ -49,12 +52,12 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
             "droplets of so small a tension fold back on themselves, where implicit steps converge slowly".to_owned()
         }
         (Reason::Cheaper(_), Integrator::Verlet) if times.low < 1.0 => {
-            format!("implicit would cost {cut} times as much, and is taken where it halves the cost")
+            format!("adaptive would cost {cut} times as much, and is taken where it halves the cost")
         }
         (Reason::Cheaper(_), Integrator::Verlet) => {
-            format!("the cheaper one: implicit would cost {cut} times as much")
+            format!("the cheaper one: adaptive would cost {cut} times as much")
         }
-        (Reason::Cheaper(term), Integrator::Implicit) => {
+        (Reason::Cheaper(term), Integrator::Implicit | Integrator::Adaptive) => {
             format!("the cheaper one: verlet, its step bound by {term}, would cost {cut} times as much")
         }
     }
@@ -62,15 +65,16 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
 
 /// The reason of a point, and how many times as much the other integrator would cost.
 fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Reason, f64) {
-    let [verlet, implicit] = candidates(point, limit).map(|stepping| cost_per_t0(&stepping));
+    let [verlet, implicit, adaptive] = costs_per_t0(point, limit);
     let saving = match point.stepping.integrator {
-        Integrator::Verlet => implicit / verlet,
+        Integrator::Verlet => adaptive / verlet,
         Integrator::Implicit => verlet / implicit,
-        Integrator::Adaptive => return (Reason::Asked, 1.0),
+        Integrator::Adaptive => verlet / adaptive,
     };
     let reason = match (&point.model, asked) {
         (Model::Soft(_), _) => Reason::NoOther,
-        (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit) => Reason::Asked,
+        _ if is_darcy(point) => Reason::OfDynamics,
+        (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit | IntegratorChoice::Adaptive) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.
         _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
         (Model::Deformable(ring), _) if point.stepping.integrator == Integrator::Verlet && folds(ring) => Reason::Folds,

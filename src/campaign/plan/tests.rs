@@ -134,7 +134,8 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
     for part in [
         "DP in obstacles, 4 points x 2 runs = 8 jobs",
         "8 new, 0 pending, 0 done, 0 failed",
-        "stiffest term tension",
+        "0.125 between two looks at the droplet",
+        "its step bound by tension",
         "tension (gamma = 0.3 .. 10)",
         "perimeter (kappa = 0 .. 0.001 in 2 of 4 points, else 0)",
         "near_wall_drag (b0 = 0: no distance is computed)",
@@ -149,16 +150,17 @@ fn the_text_tells_what_acts_and_what_does_not_and_why() {
 fn the_text_says_which_integrator_takes_what_and_why() {
     let body = |keys: &str| format!("model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 0.2\nruns_per_point = 1\n{keys}");
     for (keys, line) in [
-        ("gamma = 1.0", "implicit the cheaper one: verlet, its step bound by"),
+        ("gamma = 1.0", "adaptive the cheaper one: verlet, its step bound by"),
         ("gamma = 0.1", "verlet   droplets of so small a tension fold back on themselves"),
-        ("gamma = 1.0\nv_t = 0.3", "verlet   the cheaper one: implicit would cost"),
-        ("gamma = 1.0\nwall = \"per_vertex\"", "implicit the cheaper one: verlet, its step bound by wall, would cost"),
+        ("gamma = 1.0\nv_t = 3.0", "verlet   the cheaper one: adaptive would cost"),
+        ("gamma = 1.0\nwall = \"per_vertex\"", "adaptive the cheaper one: verlet, its step bound by wall, would cost"),
         (
-            "gamma = 1.0\nn_vertices = 2048\ngrid = { v_t = [0.03, 0.9] }",
-            "implicit at 1 of 2 points: the cheaper one: verlet, its step bound by tension, would cost",
+            "gamma = 1.0\ngrid = { v_t = [0.03, 2.0] }",
+            "adaptive at 1 of 2 points: the cheaper one: verlet, its step bound by area, would cost",
         ),
-        ("gamma = 1.0\nv_t = 0.06", "and is taken where it halves the cost"),
+        ("gamma = 1.0\nv_t = 0.7", "and is taken where it halves the cost"),
         ("gamma = 1.0\nintegrator = \"implicit\"", "implicit asked for"),
+        ("gamma = 0.1\nintegrator = \"adaptive\"", "adaptive asked for; steps follow step_error"),
         ("gamma = 1.0\nn_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
     ] {
         let text = fresh(&campaign(&body(keys))).render(2);
@@ -175,11 +177,11 @@ fn a_job_is_the_same_whether_its_integrator_was_chosen_or_asked_for() {
         );
         campaign(&body).blocks[0].point_ids.clone()
     };
-    let [chosen, verlet, implicit] = ["", "integrator = \"verlet\"", "integrator = \"implicit\""].map(points);
+    let [chosen, verlet, adaptive] = ["", "integrator = \"verlet\"", "integrator = \"adaptive\""].map(points);
     assert_eq!(chosen, points("integrator = \"auto\""));
     // At Gamma = 0.1 a droplet folds, and stays with Verlet.
-    assert_eq!((chosen[0], &chosen[1..]), (verlet[0], &implicit[1..]));
-    assert!((0..3).all(|k| verlet[k] != implicit[k]));
+    assert_eq!((chosen[0], &chosen[1..]), (verlet[0], &adaptive[1..]));
+    assert!((0..3).all(|k| verlet[k] != adaptive[k]));
 }
 
 #[test]
@@ -204,7 +206,7 @@ fn a_plan_names_the_limits_the_box_and_every_switch_inside_a_grid() {
     assert!(kappa.contains("0.318 at gamma = 0.05 .. 0.1") && kappa.contains("0.001 at gamma = 0.3 .. 1"), "{kappa}");
     assert!(!kappa.contains("v_t"), "what does not tell the places apart is not named: {kappa}");
     assert!(
-        text.contains("  switch   integrator = verlet at gamma = 0.05 .. 0.1; implicit at gamma = 0.3 .. 1"),
+        text.contains("  switch   integrator = verlet at gamma = 0.05 .. 0.1; adaptive at gamma = 0.3 .. 1"),
         "{text}"
     );
     let fixed = fresh(&campaign(

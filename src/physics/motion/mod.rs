@@ -6,7 +6,7 @@
 //! | file | droplet and scheme |
 //! |---|---|
 //! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
-//! | [`implicit`] | a ring in implicit steps |
+//! | [`implicit`] | a ring in implicit steps, which are all alike or follow their error |
 //! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
 //! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
 //!
@@ -17,6 +17,7 @@ pub mod descent;
 pub mod guard;
 pub mod implicit;
 pub(crate) mod placing;
+mod reading;
 mod ring_state;
 mod soft;
 mod step_control;
@@ -30,7 +31,7 @@ use crate::results::trajectory::Failure;
 use darcy::DarcyState;
 use descent::Equilibrium;
 use guard::GuardState;
-use implicit::ImplicitState;
+use implicit::{AdaptiveState, ImplicitState};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -56,6 +57,11 @@ pub trait Motion {
 
     /// The outline and the loads on it; `t` is the present time.
     fn outline(&self, t: f64) -> Outline;
+
+    /// Whether a step was taken in the last [`advance`](Self::advance). If not, no obstacle got inside, and nothing crossed.
+    fn is_fresh(&self) -> bool {
+        true
+    }
 
     /// World position of an obstacle inside the droplet, if there is one.
     fn engulfed(&self) -> Option<[f64; 2]> {
@@ -114,6 +120,8 @@ pub enum MotionState {
     Darcy(Box<DarcyState>),
     /// A soft particle.
     Soft(SoftState),
+    /// Implicit steps of a ring that follow their error.
+    Adaptive(Box<AdaptiveState>),
 }
 
 /// Takes `steps` in pieces of at most `piece`, and checks `stop` before each piece.

@@ -29,6 +29,16 @@ pub struct RingEffects {
     pub others: Vec<Box<dyn RingForce>>,
 }
 
+/// What is measured on a ring at one instant.
+#[derive(Debug)]
+pub(crate) struct Measured {
+    pub(crate) seen: Observation,
+    /// Both components of the velocity of the centroid.
+    pub(crate) velocity: [f64; 2],
+    /// The loads of the obstacles that push.
+    pub(crate) loads: Vec<Load>,
+}
+
 impl RingEffects {
     /// The elasticity of a droplet among `walls`, without weight or drag.
     pub fn elastic(ring: &Deformable, walls: Box<dyn WallContact>) -> Self {
@@ -137,11 +147,16 @@ impl RingEffects {
 
     /// Measures everything that is recorded of `ring`, whose vertices have the velocities `v`.
     pub(crate) fn observe(&self, ring: &Ring, vx: &[f64], vy: &[f64]) -> Observation {
+        self.measure(ring, vx, vy).seen
+    }
+
+    /// As [`observe`](Self::observe), with what else is found on the way.
+    pub(crate) fn measure(&self, ring: &Ring, vx: &[f64], vy: &[f64]) -> Measured {
         let (area, perimeter) = ring.area_and_perimeter();
         let (centroid, velocity) = ring.centroid(vx, vy);
         let squares: f64 = vx[..ring.n].iter().zip(vy).map(|(x, y)| x * x + y * y).sum();
         let contact = self.walls.state(ring);
-        Observation {
+        let seen = Observation {
             x: centroid[0] + ring.origin[0],
             y: centroid[1] + ring.origin[1],
             velocity: velocity[0],
@@ -151,26 +166,32 @@ impl RingEffects {
             area_error: Some(area / self.area.rest - 1.0),
             overlap: contact.overlap,
             contacts: contact.loads.len() as u32,
-        }
+        };
+        Measured { seen, velocity, loads: contact.loads }
     }
 
     /// The outline of `ring` at time `t`, and the loads on it.
     pub(crate) fn outline(&self, ring: &Ring, t: f64) -> Outline {
-        let [x0, y0] = ring.origin;
-        let (x, y) = ring.world_vertices().map(|[x, y]| (x, y)).unzip();
-        let world = |load: &Load| LoadRecord {
-            obstacle: load.id,
-            x: load.at[0] + x0,
-            y: load.at[1] + y0,
-            fx: load.force[0],
-            fy: load.force[1],
-            turn: load.turn,
-        };
-        Outline { t, x, y, loads: self.walls.state(ring).loads.iter().map(world).collect() }
+        outline_of(ring, t, &self.walls.state(ring).loads)
     }
 
     /// World position of an obstacle inside `ring`, if there is one.
     pub(crate) fn engulfed(&self, ring: &Ring) -> Option<[f64; 2]> {
         self.walls.engulfed(ring).map(|[x, y]| [x + ring.origin[0], y + ring.origin[1]])
     }
+}
+
+/// The outline of `ring` at time `t`, with these loads.
+pub(crate) fn outline_of(ring: &Ring, t: f64, loads: &[Load]) -> Outline {
+    let [x0, y0] = ring.origin;
+    let (x, y) = ring.world_vertices().map(|[x, y]| (x, y)).unzip();
+    let world = |load: &Load| LoadRecord {
+        obstacle: load.id,
+        x: load.at[0] + x0,
+        y: load.at[1] + y0,
+        fx: load.force[0],
+        fy: load.force[1],
+        turn: load.turn,
+    };
+    Outline { t, x, y, loads: loads.iter().map(world).collect() }
 }

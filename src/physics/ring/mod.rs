@@ -96,6 +96,11 @@ impl Ring {
         MASS / self.n as f64
     }
 
+    /// Speed of the fastest vertex.
+    pub(crate) fn fastest(&self) -> f64 {
+        self.ux.iter().zip(self.uy.iter()).fold(0.0_f64, |most, (x, y)| most.max(x * x + y * y)).sqrt()
+    }
+
     /// Vertex positions in world coordinates, unwrapped.
     pub(crate) fn world_vertices(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
         (0..self.n).map(|i| [self.x[i] + self.origin[0], self.y[i] + self.origin[1]])

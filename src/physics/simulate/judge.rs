@@ -64,7 +64,8 @@ impl Judge {
             return Err(failure(FailureClass::Unstable, reason, course.step, &course.outline));
         }
         let before = std::mem::replace(&mut course.outline, motion.outline(t));
-        if let Some([x, y]) = motion.engulfed() {
+        let is_fresh = motion.is_fresh();
+        if let Some([x, y]) = is_fresh.then(|| motion.engulfed()).flatten() {
             if self.fails_engulfed {
                 let reason = format!(
                     "the obstacle at ({x:.3}, {y:.3}) lies inside the droplet at t = {t}; raise e_w, or see it with \
@@ -74,7 +75,7 @@ impl Judge {
             }
             course.recorder.extremes.engulfed_t.get_or_insert(t);
         }
-        if motion.ring().is_some_and(|ring| crosses(ring, self.delta, self.apart)) {
+        if is_fresh && motion.ring().is_some_and(|ring| crosses(ring, self.delta, self.apart)) {
             let reason = format!("the droplet's outline crosses itself at t = {t}");
             return Err(failure(FailureClass::Crossed, reason, course.step, &course.outline));
         }

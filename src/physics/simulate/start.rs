@@ -8,8 +8,8 @@ use crate::physics::liquid::{dissipation::Dissipation, near_wall::NearWall};
 use crate::physics::liquid::{polygon::Polygon, potential::Potential, self_contact::SelfContact as FoldContact};
 use crate::physics::motion::placing::{Placing, Site};
 use crate::physics::motion::{
-    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit::ImplicitMotion,
-    verlet::VerletMotion,
+    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit, implicit::AdaptiveMotion,
+    implicit::ImplicitMotion, verlet::VerletMotion,
 };
 use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
@@ -53,6 +53,9 @@ pub(super) fn start(
 
 /// The step with which a liquid droplet is placed, in t0.
 const PLACING_STEP: f64 = 1.0 / 16.0;
+
+/// The farthest that a vertex may move in a step that follows its error, in sigma.
+const FARTHEST_MOVE: f64 = 0.05;
 
 /// The total stiffness of the walls while a liquid droplet is placed.
 const PLACING_STIFFNESS: f64 = 1e5;
@@ -104,6 +107,15 @@ impl<W: Walls> Start<'_, W> {
             (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
                 ImplicitMotion::resume(state, n, effects, dt, instruction_set).and_then(boxed)
             }
+            (Integrator::Adaptive, None) if ring.dynamics == Dynamics::Vertex => {
+                let (placed, largest_move) = (self.placed(ring)?, self.largest_move());
+                boxed(AdaptiveMotion::start(placed, effects, self.times(ring), largest_move, instruction_set))
+            }
+            (Integrator::Adaptive, Some(MotionState::Adaptive(state))) => {
+                let largest_move = self.largest_move();
+                AdaptiveMotion::resume(state, n, effects, self.times(ring), largest_move, instruction_set)
+                    .and_then(boxed)
+            }
             (Integrator::Adaptive, None) => {
                 let placed = self.placed(ring)?;
                 let [x, y] = [&placed.x, &placed.y].map(|column| column[..n].to_vec());
@@ -140,6 +152,12 @@ impl<W: Walls> Start<'_, W> {
         [self.point.stepping.dt, ring.step_error.unwrap_or(STEP_ERROR)]
     }
 
+    /// How far a vertex may move in a step that follows its error, in sigma: a third of the reach of what it could leap
+    /// over.
+    fn largest_move(&self) -> f64 {
+        (self.walls.surface() / 3.0).clamp(implicit::LARGEST_MOVE, FARTHEST_MOVE)
+    }
+
     /// The energy of a liquid droplet.
     fn liquid(&self, ring: &Deformable) -> Potential<W> {
         let folds = (ring.self_contact == crate::parameters::SelfContact::Auto)
@@ -161,12 +179,16 @@ impl<W: Walls> Start<'_, W> {
         Placing { site: self.site, stepping, instruction_set, stop }
     }
 
-    /// The ring at its start. A liquid droplet is placed as an even ring of springs, which has almost its shape.
+    /// The ring at its start. A liquid droplet is placed as an even ring of springs, which has almost its shape. Where steps
+    /// follow their error, the droplet is placed in fixed steps.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
+        let stepping = match self.point.stepping.integrator {
+            Integrator::Adaptive => Stepping { integrator: Integrator::Implicit, dt: PLACING_STEP },
+            Integrator::Verlet | Integrator::Implicit => self.point.stepping.clone(),
+        };
         if ring.dynamics == Dynamics::Vertex {
-            return self.placing(&self.point.stepping).ring(ring, self.weightless(ring));
+            return self.placing(&stepping).ring(ring, self.weightless(ring));
         }
-        let stepping = Stepping { integrator: Integrator::Implicit, dt: PLACING_STEP };
         let springs = Deformable { kappa: ring.linear_kappa(), e_w: PLACING_STIFFNESS, ..ring.clone() };
         self.placing(&stepping).ring(&springs, self.weightless(&springs))
     }

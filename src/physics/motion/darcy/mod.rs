@@ -3,14 +3,13 @@
 //! Friction and forces balance at every instant, `B(x) dx/dt = -grad U(x)`, because inertia is a thousandth of
 //! anything else at the speeds of such droplets. A step is taken by the [`scheme`] and solved by the [`solver`]. Steps
 //! depend on the trajectory only, not on when it is looked at: the droplet is ahead of the present time by part of a
-//! step, and what is asked of the present is read off between the last two shapes ([`reading`]).
+//! step, and what is asked of the present is read off between the last two shapes ([`crate::physics::motion::reading`]).
 //!
 //! A step is taken again, shorter, if it is not solved, if its error is too large, or if the energy rises. A step of
 //! backward Euler without respacing of the vertices lowers the energy however short it is, so it is what comes after a
 //! rise.
 
 mod loads;
-mod reading;
 mod refusal;
 mod scheme;
 mod sight;
@@ -25,13 +24,13 @@ use crate::physics::liquid::nearby::Nearby;
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
 use crate::physics::motion::descent::{Equilibrium, descend};
+use crate::physics::motion::reading::{Reading, between};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::wall::Walls;
 use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
-use reading::{Reading, between};
 use refusal::Refused;
 use scheme::Scheme;
 use solver::{Solver, Step, Unsolved};
@@ -72,6 +71,8 @@ pub(crate) struct DarcyMotion<W: Walls> {
     step_error: f64,
     /// Time between two nominal steps.
     dt: f64,
+    /// Whether a step was taken in the last call.
+    is_fresh: bool,
 }
 
 impl<W: Walls> DarcyMotion<W> {
@@ -101,18 +102,8 @@ impl<W: Walls> DarcyMotion<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let solver = Solver::new(shapes.latest().len(), dissipation, instruction_set);
-        let nothing = Reading {
-            t: 0.0,
-            place: [0.0; 2],
-            velocity: [0.0; 2],
-            kinetic: 0.0,
-            potential: 0.0,
-            shape: 1.0,
-            area_error: 0.0,
-            overlap: 0.0,
-            contacts: 0,
-        };
-        Self { potential, nearby: Nearby::none(), solver, shapes, course, readings: [nothing; 2], step_error, dt }
+        let readings = [Reading::default(); 2];
+        Self { potential, nearby: Nearby::none(), solver, shapes, course, readings, step_error, dt, is_fresh: true }
     }
 
     /// Goes on from `state`. `None` if it does not belong to a ring of `n` vertices.
@@ -249,12 +240,14 @@ impl<W: Walls> DarcyMotion<W> {
 
 impl<W: Walls> Motion for DarcyMotion<W> {
     fn advance(&mut self, steps: u64, stop: &AtomicBool) -> Result<(), Interruption> {
+        self.is_fresh = false;
         let until = (self.course.steps + steps) as f64 * self.dt;
         while self.readings[1].t < until && self.course.pinched.is_none() {
             if stop.load(Ordering::Relaxed) {
                 return Err(Interruption::Stopped);
             }
             self.step()?;
+            self.is_fresh = true;
         }
         self.course.steps += steps;
         Ok(())
@@ -274,6 +267,10 @@ impl<W: Walls> Motion for DarcyMotion<W> {
 
     fn outline(&self, t: f64) -> Outline {
         self.outline_at(t)
+    }
+
+    fn is_fresh(&self) -> bool {
+        self.is_fresh
     }
 
     fn engulfed(&self) -> Option<[f64; 2]> {

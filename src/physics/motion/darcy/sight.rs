@@ -22,11 +22,11 @@ impl<W: Walls> DarcyMotion<W> {
         shape
     }
 
-    /// What is near `shape`, and its evaluation.
+    /// Which walls are near `shape`, and its evaluation without self-contact.
     fn seen(&self, shape: &Polygon) -> (Nearby<W::Obstacle>, Evaluation) {
-        let Potential { walls, reach, folds, .. } = &self.potential;
+        let Potential { walls, reach, .. } = &self.potential;
         let (mut nearby, mut seen) = (Nearby::none(), Evaluation::default());
-        nearby.list(walls.as_ref(), self.shapes.origin, shape, *reach, folds.as_ref());
+        nearby.list(walls.as_ref(), self.shapes.origin, shape, *reach, None);
         self.potential.evaluate(shape, &nearby, &mut seen);
         (nearby, seen)
     }

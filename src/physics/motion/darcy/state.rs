@@ -2,7 +2,7 @@
 
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
-use crate::physics::motion::darcy::{RESPACING, reading::Reading};
+use crate::physics::motion::{darcy::RESPACING, reading::Reading};
 use crate::physics::ring::ORIGIN_STEP;
 use crate::physics::walls::wall::Walls;
 use serde::{Deserialize, Serialize};

@@ -49,6 +49,19 @@ impl Field {
         max_lanes(largest).sqrt() + sum_lanes(odd)
     }
 
+    /// Sum of the squared differences from `other`, over vertices.
+    #[inline(always)]
+    pub(super) fn squared_distance<S: Instructions>(&self, simd: S, other: &Self) -> f64 {
+        let mut sum = f64x8::splat(simd, 0.0);
+        for (own, other) in self.parts().into_iter().zip(other.parts()) {
+            for i in (0..own.len()).step_by(LANES) {
+                let off = load(simd, own, i) - load(simd, other, i);
+                sum = fma(off, off, sum);
+            }
+        }
+        sum_lanes(sum)
+    }
+
     #[inline(always)]
     pub(super) fn add<S: Instructions>(&mut self, simd: S, share: f64, by: &Self) {
         let share = f64x8::splat(simd, share);

@@ -20,8 +20,9 @@
 //! Velocities are computed from displacements, not from differences of positions, so they are accurate to about 1e-13.
 //!
 //! A step that Newton's method cannot solve, or that moves a vertex further than `largest_move`, is taken again in
-//! halves (`step_control`).
+//! halves (`step_control`). Steps whose length follows their error are those of [`AdaptiveMotion`].
 
+mod adaptive;
 mod cyclic;
 mod field;
 mod newton;
@@ -38,6 +39,8 @@ use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::InstructionSet;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};
+pub(crate) use adaptive::AdaptiveMotion;
+pub use adaptive::AdaptiveState;
 use field::Field;
 use newton::{Newton, Unsolved};
 use scheme::{Earlier, Scheme};
@@ -157,13 +160,22 @@ impl ImplicitMotion {
         Some(motion)
     }
 
+    fn saved(&self) -> ImplicitState {
+        ImplicitState {
+            ring: RingState::of(&self.ring),
+            memory: self.effects.memory(),
+            counts: self.counts,
+            control: self.control,
+            moved: self.earlier.moved.clone(),
+            gained: self.earlier.gained.clone(),
+            earlier_step: self.earlier.step,
+            steps: self.steps,
+        }
+    }
+
     /// Puts the ring back where the refused sub-step began, and halves the sub-steps.
     fn retreat(&mut self, bad: BadStep) -> Result<(), Failure> {
-        self.counts.refused += 1;
-        let back = self.newton.displacement.largest(self.instruction_set);
-        self.newton.displacement = Field::zero(self.ring.n);
-        let back = if back.is_finite() { back } else { f64::INFINITY };
-        self.newton.put(&mut self.ring, &mut self.effects, back);
+        self.go_back();
         if matches!(bad, BadStep::Newton(_)) {
             self.earlier.step = f64::INFINITY;
         }
@@ -176,13 +188,27 @@ impl ImplicitMotion {
     }
 
     fn try_step(&mut self, h: f64) -> Result<(), BadStep> {
-        let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &mut self.earlier);
-        let instruction_set = self.instruction_set;
+        let scheme = self.foresee(h);
+        let iterations = self.solve(scheme)?;
+        self.accept(scheme, iterations);
+        Ok(())
+    }
+
+    /// Begins a step of length `h`: sets the displacement to what is foreseen.
+    fn foresee(&mut self, h: f64) -> Scheme {
+        let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &self.earlier);
         let long = ring.ux.len();
         newton.start.x.copy_from_slice(&ring.x[..long]);
         newton.start.y.copy_from_slice(&ring.y[..long]);
         let scheme = Scheme::of(h, h / earlier.step);
-        on_instruction_set!(instruction_set, simd => scheme.foresee(simd, ring, earlier, &mut newton.displacement));
+        on_instruction_set!(self.instruction_set, simd => scheme.foresee(simd, ring, earlier, &mut newton.displacement));
+        scheme
+    }
+
+    /// Solves the step from what is foreseen; returns the number of Newton steps.
+    fn solve(&mut self, scheme: Scheme) -> Result<u32, BadStep> {
+        let (ring, newton, earlier) = (&mut self.ring, &mut self.newton, &self.earlier);
+        let instruction_set = self.instruction_set;
         let far = newton.displacement.largest(instruction_set);
         newton.put(ring, &mut self.effects, far);
         self.effects.drag.update(newton.travelled, ring);
@@ -191,15 +217,26 @@ impl ImplicitMotion {
         on_instruction_set!(instruction_set, simd => scheme.aim(simd, ring, rates, earlier, &mut newton.potential));
         let iterations = newton.minimise(ring, &mut self.effects)?;
         let far = newton.displacement.largest(instruction_set);
-        if !(far <= self.largest_move) {
-            return Err(BadStep::TooFar(far));
-        }
-        on_instruction_set!(instruction_set, simd => scheme.accept(simd, ring, &newton.displacement, earlier));
+        if far <= self.largest_move { Ok(iterations) } else { Err(BadStep::TooFar(far)) }
+    }
+
+    /// Takes the step that was solved.
+    fn accept(&mut self, scheme: Scheme, iterations: u32) {
+        let (ring, newton, earlier) = (&mut self.ring, &self.newton, &mut self.earlier);
+        on_instruction_set!(self.instruction_set, simd => scheme.accept(simd, ring, &newton.displacement, earlier));
         self.effects.settled(ring);
-        earlier.step = h;
+        earlier.step = scheme.length();
         self.counts.accepted += 1;
         self.counts.iterations += u64::from(iterations);
-        Ok(())
+    }
+
+    /// Puts the ring back where the step that is not taken began.
+    fn go_back(&mut self) {
+        self.counts.refused += 1;
+        let back = self.newton.displacement.largest(self.instruction_set);
+        self.newton.displacement = Field::zero(self.ring.n);
+        let back = if back.is_finite() { back } else { f64::INFINITY };
+        self.newton.put(&mut self.ring, &mut self.effects, back);
     }
 }
 
@@ -227,16 +264,7 @@ impl Motion for ImplicitMotion {
     }
 
     fn state(&self) -> MotionState {
-        MotionState::Implicit(Box::new(ImplicitState {
-            ring: RingState::of(&self.ring),
-            memory: self.effects.memory(),
-            counts: self.counts,
-            control: self.control,
-            moved: self.earlier.moved.clone(),
-            gained: self.earlier.gained.clone(),
-            earlier_step: self.earlier.step,
-            steps: self.steps,
-        }))
+        MotionState::Implicit(Box::new(self.saved()))
     }
 
     fn follow(&mut self) {

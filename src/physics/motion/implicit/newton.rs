@@ -21,13 +21,14 @@ use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::{InstructionSet, LANES, load, store};
 use fearless_simd::prelude::*;
 
-/// A time step is given up after this many Newton steps.
+/// A time step is given up after this many Newton steps, unless another number is asked for.
 const MOST_ITERATIONS: u32 = 25;
 
 /// Largest number of cuts of one Newton step.
 const MOST_CUTS: u32 = 14;
 
-/// Newton's method ends with a correction below this, in sigma, plus [`RELATIVE_TOLERANCE`] times the displacement.
+/// Newton's method ends with a correction below this, in sigma, plus [`RELATIVE_TOLERANCE`] times the displacement, or
+/// below the precision that is asked for.
 const TOLERANCE: f64 = 1e-14;
 
 /// See [`TOLERANCE`].
@@ -61,6 +62,12 @@ pub(super) struct Newton {
     pub(super) displacement: Field,
     /// Upper bound of the distance that any vertex has moved since this was last set to zero.
     pub(super) travelled: f64,
+    /// A time step is given up after this many Newton steps.
+    pub(super) most_iterations: u32,
+    /// Whether the stiffness of the area may be what makes the matrix positive definite, as it is in long steps.
+    pub(super) stiffens: bool,
+    /// A correction below this is the last, in sigma.
+    pub(super) precision: f64,
     pub(super) potential: Potential,
     correction: Field,
     solver: CyclicSolver,
@@ -73,6 +80,9 @@ impl Newton {
             start: Field::zero(n),
             displacement: Field::zero(n),
             travelled: 0.0,
+            most_iterations: MOST_ITERATIONS,
+            stiffens: false,
+            precision: 0.0,
             potential: Potential::new(n, instruction_set),
             correction: Field::zero(n),
             solver: CyclicSolver::new(n),
@@ -112,7 +122,7 @@ impl Newton {
     pub(super) fn minimise(&mut self, ring: &mut Ring, effects: &mut RingEffects) -> Result<u32, Unsolved> {
         let mut held = effects.hold(ring);
         self.potential.evaluate(&self.displacement, ring, effects);
-        for iteration in 1..=MOST_ITERATIONS {
+        for iteration in 1..=self.most_iterations {
             let found = self.direct(ring, effects);
             effects.let_go();
             found?;
@@ -126,7 +136,8 @@ impl Newton {
                 self.potential.evaluate(&self.displacement, ring, effects);
                 continue;
             }
-            if size <= TOLERANCE + RELATIVE_TOLERANCE * self.displacement.largest(self.instruction_set) {
+            let relative = RELATIVE_TOLERANCE * self.displacement.largest(self.instruction_set);
+            if size <= (TOLERANCE + relative).max(self.precision) {
                 self.go(ring, effects, 1.0, size);
                 return Ok(iteration);
             }
@@ -175,7 +186,11 @@ impl Newton {
             potential.assemble(ring, effects, parts);
             against(&potential.gradient, correction);
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
-            let solved = solver.solve(self.instruction_set, &potential.stiffness, effects.area.stiffness, area, right);
+            let (set, matrix, k) = (self.instruction_set, &potential.stiffness, effects.area.stiffness);
+            let solved = match (self.stiffens, parts) {
+                (true, Parts::All) => solver.solve_stiffened(set, matrix, k, area, right),
+                _ => solver.solve(set, matrix, k, area, right),
+            };
             if solved.is_ok() {
                 return Ok(());
             }

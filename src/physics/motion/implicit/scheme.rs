@@ -43,6 +43,21 @@ impl Scheme {
         Self { h, ratio, s: h * (1.0 + ratio) / both, keep: ratio * ratio / both }
     }
 
+    pub(super) const fn length(self) -> f64 {
+        self.h
+    }
+
+    /// The error of the step over its distance from what was foreseen. Both are multiples of the third derivative, or of
+    /// the second where nothing is known of earlier steps.
+    pub(super) fn error_share(self) -> f64 {
+        if self.ratio == 0.0 {
+            return 0.5;
+        }
+        let before = 1.0 / self.ratio;
+        let own = (1.0 + before) * (1.0 + before) / (6.0 * (2.0 + before));
+        own / (own + 1.0 / 6.0 + 0.25 * before)
+    }
+
     /// Predicts the displacement with velocities that go on changing as before: `d = h (v + r/2 Dv)`.
     #[inline(always)]
     pub(super) fn foresee<S: Instructions>(self, simd: S, ring: &Ring, earlier: &Earlier, displacement: &mut Field) {
@@ -77,6 +92,17 @@ impl Scheme {
             let vy = load(simd, &ring.uy, i) + load(simd, &earlier.gained.y, i) * keep;
             store(load(simd, &earlier.moved.x, i) * keep + vx * share, &mut potential.free.x, i);
             store(load(simd, &earlier.moved.y, i) * keep + vy * share, &mut potential.free.y, i);
+        }
+    }
+
+    /// The new velocities `v+ = (d - keep Dx)/s`.
+    #[inline(always)]
+    pub(super) fn velocities<S: Instructions>(self, simd: S, d: &Field, earlier: &Earlier, v: &mut Field) {
+        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
+        for ((v, d), moved) in v.parts_mut().into_iter().zip(d.parts()).zip(earlier.moved.parts()) {
+            for i in (0..d.len()).step_by(LANES) {
+                store(fma(load(simd, moved, i), less, load(simd, d, i) * inverse), v, i);
+            }
         }
     }
 

@@ -10,7 +10,9 @@ pub(super) trait Number:
     fn inverse(self) -> Self;
     /// `x b + c`; for eight numbers it is rounded only once.
     fn times(self, b: Self, c: Self) -> Self;
-    fn is_positive(self) -> bool;
+    /// How many negative eigenvalues symmetric blocks have, all lanes together, with `first` in the corner and this
+    /// determinant. What is not a number counts as negative.
+    fn negative(first: Self, determinant: Self) -> usize;
 }
 
 impl Number for f64 {
@@ -26,8 +28,12 @@ impl Number for f64 {
     }
 
     #[inline(always)]
-    fn is_positive(self) -> bool {
-        self > 0.0
+    fn negative(first: Self, determinant: Self) -> usize {
+        match (determinant > 0.0, first > 0.0) {
+            (true, true) => 0,
+            (true, false) => 2,
+            (false, _) => 1,
+        }
     }
 }
 
@@ -43,8 +49,11 @@ impl<S: Instructions> Number for f64x8<S> {
     }
 
     #[inline(always)]
-    fn is_positive(self) -> bool {
-        self.simd_gt(0.0).all_true()
+    fn negative(first: Self, determinant: Self) -> usize {
+        if first.simd_gt(0.0).all_true() && determinant.simd_gt(0.0).all_true() {
+            return 0;
+        }
+        first.as_slice().iter().zip(determinant.as_slice()).map(|(first, of)| f64::negative(*first, *of)).sum()
     }
 }
 
@@ -131,25 +140,13 @@ impl<T: Number> Pivot<T> {
         }
     }
 
-    /// The inverse, and whether the block is positive definite.
+    /// The inverse, and how many eigenvalues are negative.
     #[inline(always)]
-    pub(super) fn inverse(self) -> (Block<T>, bool) {
+    pub(super) fn inverse(self) -> (Block<T>, usize) {
         let determinant = self.xx.times(self.yy, -(self.xy * self.xy));
         let scale = determinant.inverse();
         let off = -(self.xy * scale);
         let inverse = Block { xx: self.yy * scale, xy: off, yx: off, yy: self.xx * scale };
-        (inverse, self.xx.is_positive() && determinant.is_positive())
-    }
-}
-
-impl Pivot<f64> {
-    /// How many of its two eigenvalues are negative; what is not a number counts as negative.
-    pub(super) fn negative(self) -> usize {
-        let determinant = self.xx.times(self.yy, -(self.xy * self.xy));
-        match (determinant > 0.0, self.xx > 0.0) {
-            (true, true) => 0,
-            (true, false) => 2,
-            (false, _) => 1,
-        }
+        (inverse, T::negative(self.xx, determinant))
     }
 }

@@ -28,17 +28,18 @@ pub(super) struct Front<T> {
 pub(super) struct Zero<T> {
     pub(super) pivot: Pivot<T>,
     pub(super) right: Block<T>,
-    pub(super) positive: bool,
+    /// How many eigenvalues of the pivots so far are negative: as many as of the matrix that they make up (Sylvester).
+    pub(super) negative: usize,
 }
 
 impl<T: Number> Front<T> {
     /// Eliminates the vertex. `edge` couples it to the next one, whose diagonal block and right sides are `next`.
     #[inline(always)]
     pub(super) fn eliminate(self, edge: Block<T>, next: (Pivot<T>, Block<T>), zero: &mut Zero<T>) -> (Self, Row<T>) {
-        let (inverse, positive) = self.pivot.inverse();
+        let (inverse, negative) = self.pivot.inverse();
         let row =
             Row { ahead: inverse * edge, to_zero: inverse * self.to_zero.transposed(), right: inverse * self.right };
-        zero.positive &= positive;
+        zero.negative += negative;
         zero.pivot = zero.pivot.less(self.to_zero, row.to_zero);
         zero.right = zero.right.less(self.to_zero, row.right);
         let back = edge.transposed();

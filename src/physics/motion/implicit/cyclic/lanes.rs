@@ -90,14 +90,15 @@ impl Lanes {
         System { matrix: &self.matrix, b: [bx, by], g: [gx, gy] }
     }
 
-    /// Eliminates the chains of a ring of `n >= 16` vertices. False if a pivot is not positive.
+    /// Eliminates the chains of a ring of `n >= 16` vertices. Returns how many of their
+    /// eigenvalues are negative.
     #[inline(always)]
-    pub(super) fn reduce<S: Instructions>(&mut self, simd: S, system: &System<'_>, n: usize) -> bool {
+    pub(super) fn reduce<S: Instructions>(&mut self, simd: S, system: &System<'_>, n: usize) -> usize {
         let length = n / LANES;
         let mut read = [[Line::default(); 11]; LANES];
         read_rows(simd, system, length, 0, &mut read);
         let (pivot, right) = vertices(simd, &read[0]);
-        let mut first = Zero { pivot, right, positive: true };
+        let mut first = Zero { pivot, right, negative: 0 };
         let (pivot, right) = vertices(simd, &read[1]);
         let mut front = Front { pivot, right, to_zero: edges(simd, &read[0]) };
         let mut edge = edges(simd, &read[1]);
@@ -115,7 +116,7 @@ impl Lanes {
         let nothing = (Pivot { xx: zero, xy: zero, yy: zero }, Block { xx: zero, xy: zero, yx: zero, yy: zero });
         front = self.eliminate(length - 1, front, edge, nothing, &mut first);
         self.remains(system, n, first, front);
-        first.positive
+        first.negative
     }
 
     /// Eliminates the vertices of row `j`, and keeps what the way back needs.

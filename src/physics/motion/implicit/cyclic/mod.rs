@@ -71,7 +71,7 @@ impl CyclicSolver {
             rows.iter().enumerate().for_each(|(vertex, row)| solved.set(vertex, row.right));
         } else {
             let (lanes, mut rest) = (&mut self.lanes, [Block::default(); 2 * LANES]);
-            if !on_instruction_set!(instruction_set, simd => lanes.reduce(simd, &system, n)) {
+            if on_instruction_set!(instruction_set, simd => lanes.reduce(simd, &system, n)) > 0 {
                 return Err(NotPositiveDefinite);
             }
             let rest = &mut rest[..lanes.matrix.n];
@@ -81,6 +81,36 @@ impl CyclicSolver {
         }
         on_instruction_set!(instruction_set, simd => solved.combine(simd, n, k, g, [bx, by]));
         Ok(())
+    }
+
+    /// As [`solve`](Self::solve), but only `B + k g g^T` must be positive definite, for `k > 0`. The pressure in a ring makes B indefinite: without the stiffness of the area it would shrink.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`]; `b` is then overwritten.
+    pub(super) fn solve_stiffened(
+        &mut self,
+        instruction_set: InstructionSet,
+        matrix: &Stiffness,
+        k: f64,
+        g: [&[f64]; 2],
+        b: [&mut [f64]; 2],
+    ) -> Result<(), NotPositiveDefinite> {
+        let n = matrix.n;
+        if n < LONG {
+            let negative = self.solve_counting(instruction_set, matrix, k, g, b);
+            return if negative == 0 { Ok(()) } else { Err(NotPositiveDefinite) };
+        }
+        let [bx, by] = b;
+        let system = System { matrix, b: [&*bx, &*by], g };
+        let (lanes, solved) = (&mut self.lanes, &mut self.solved);
+        let of_chains = on_instruction_set!(instruction_set, simd => lanes.reduce(simd, &system, n));
+        let (of_rest, rows) = self.ring.solve_counting(&lanes.system());
+        let mut rest = [Block::default(); 2 * LANES];
+        let rest = &mut rest[..lanes.matrix.n];
+        rest.iter_mut().zip(rows).for_each(|(rest, row)| *rest = row.right);
+        on_instruction_set!(instruction_set, simd => lanes.substitute(simd, n, rest, solved));
+        let bordered = on_instruction_set!(instruction_set, simd => solved.combine(simd, n, k, g, [bx, by]));
+        if of_chains + of_rest == usize::from(bordered < 0.0) { Ok(()) } else { Err(NotPositiveDefinite) }
     }
 
     /// Overwrites `b` by the solution x of `(B + k g g^T) x = b` for `k > 0` and any B, and returns how many
@@ -183,6 +213,32 @@ mod tests {
             let (mut x, mut y) = (vec![1.0; n], vec![1.0; n]);
             let solved = CyclicSolver::new(n).solve(InstructionSet::new(), &m, 0.0, [&zero, &zero], [&mut x, &mut y]);
             prop_assert_eq!(solved.is_ok(), lowest > 0.0);
+        }
+
+        #[test]
+        fn a_matrix_that_the_term_of_rank_one_makes_positive_definite_is_solved(
+            n in 32_usize..=70, pull in 0.0..3.0_f64,
+            numbers in proptest::collection::vec(-1.0..1.0_f64, 7 * 70),
+        ) {
+            // B has the eigenvalue 1 - pull for the vector of ones, which is also g.
+            let mut numbers = numbers.into_iter();
+            let mut entry = || 0.1 * numbers.next().unwrap();
+            let mut m = matrix(n, 2.0 + 1.0 - pull, &mut entry);
+            m.next_xx.fill(-1.0);
+            m.next_yy.fill(-1.0);
+            let ones = vec![1.0; n];
+            let a = dense(&m, 10.0, [&ones, &ones]);
+            let lowest = a.symmetric_eigenvalues().min();
+            prop_assume!(lowest.abs() > 1e-6);
+            let (mut x, mut y) = (ones.clone(), vec![-2.0; n]);
+            let solved =
+                CyclicSolver::new(n).solve_stiffened(InstructionSet::new(), &m, 10.0, [&ones, &ones], [&mut x, &mut y]);
+            prop_assert!(lowest > 0.0 || solved.is_err());
+            if solved.is_ok() {
+                let got = DVector::from_fn(2 * n, |row, _| [&x, &y][row % 2][row / 2]);
+                let b = DVector::from_fn(2 * n, |row, _| [1.0, -2.0][row % 2]);
+                prop_assert!((&a * &got - &b).norm() < 1e-6 * (a.norm() * got.norm() + b.norm()));
+            }
         }
 
         #[test]

@@ -21,53 +21,43 @@ impl RingSolver {
     /// The rows by vertex, whose right sides are the solutions for b and g; `None` if B is not positive definite.
     pub(super) fn solve(&mut self, system: &System<'_>) -> Option<&[Row<f64>]> {
         let (n, half) = (system.matrix.n, system.matrix.n / 2);
-        let (positive, ends) = self.eliminate(system, n, half, |_| ());
-        if !positive {
+        let (negative, ends) = self.eliminate(system, n, half);
+        if negative > 0 {
             return None;
         }
         self.substitute(n, half, ends);
         Some(&self.rows[..n])
     }
 
-    /// The same rows for any B, and how many of its eigenvalues are negative: as many as its pivots have (Sylvester).
+    /// The same rows for any B, and how many of its eigenvalues are negative.
     pub(super) fn solve_counting(&mut self, system: &System<'_>) -> (usize, &[Row<f64>]) {
         let (n, half) = (system.matrix.n, system.matrix.n / 2);
-        let mut negative = 0;
-        let (_, ends) = self.eliminate(system, n, half, |pivot| negative += pivot.negative());
+        let (negative, ends) = self.eliminate(system, n, half);
         self.substitute(n, half, ends);
         (negative, &self.rows[..n])
     }
 
-    /// Eliminates both chains, then vertex h, and tells `note` each pivot. Returns whether all pivots were positive,
-    /// and the solution at vertices 0 and h.
+    /// Eliminates both chains, then vertex h. Returns how many eigenvalues are negative, and the solution at vertices 0
+    /// and h.
     #[inline(always)]
-    fn eliminate(
-        &mut self,
-        system: &System<'_>,
-        n: usize,
-        half: usize,
-        mut note: impl FnMut(Pivot<f64>),
-    ) -> (bool, [Block<f64>; 2]) {
+    fn eliminate(&mut self, system: &System<'_>, n: usize, half: usize) -> (usize, [Block<f64>; 2]) {
         let rows = &mut self.rows[..n];
         let front = |i: usize, to_zero: Block<f64>| {
             let (pivot, right) = system.vertex(i);
             Front { pivot, right, to_zero }
         };
         let (pivot, right) = system.vertex(0);
-        let mut zero = Zero { pivot, right, positive: true };
+        let mut zero = Zero { pivot, right, negative: 0 };
         let mut up = front(1, system.edge(0));
         let mut down = front(n - 1, system.edge(n - 1).transposed());
         // Vertices 1, 2 ... h - 1 and n - 1, n - 2 ... h + 1; for odd n the second chain is longer by one.
         for k in 1..half {
-            note(up.pivot);
-            note(down.pivot);
             (up, rows[k]) = up.eliminate(system.edge(k), system.vertex(k + 1), &mut zero);
             let v = n - k;
             (down, rows[v]) = down.eliminate(system.edge(v - 1).transposed(), system.vertex(v - 1), &mut zero);
         }
         if n % 2 == 1 {
             let v = half + 1;
-            note(down.pivot);
             (down, rows[v]) = down.eliminate(system.edge(half).transposed(), system.vertex(half), &mut zero);
         }
         // Both fronts now hold vertex h, each changed by its own chain. Add the two changes.
@@ -82,12 +72,10 @@ impl RingSolver {
             to_zero: up.to_zero - (-down.to_zero),
         };
         let nothing = (Pivot::default(), Block::default());
-        note(last.pivot);
         let (_, row) = last.eliminate(Block::default(), nothing, &mut zero);
-        note(zero.pivot);
-        let (inverse, positive) = zero.pivot.inverse();
+        let (inverse, negative) = zero.pivot.inverse();
         let at_zero = inverse * zero.right;
-        (zero.positive && positive, [at_zero, row.right.less(row.to_zero, at_zero)])
+        (zero.negative + negative, [at_zero, row.right.less(row.to_zero, at_zero)])
     }
 
     /// Replaces the right sides by the solution, from vertex h back to vertex 0 along both chains.

@@ -1,13 +1,15 @@
 //! What is measured at the ends of steps, and between them.
 //!
-//! Steps are as long as the motion allows. Checks and samples come at times of their own, so they are read off between
-//! the ends of a step: the place by the cubic through places and velocities, energies and the rest in between.
+//! Steps that follow their error are as long as the motion allows. Checks and samples come at times of their own, so they
+//! are read off between the ends of a step: the place by the cubic through places and velocities, energies and the rest in
+//! between.
 
 use crate::physics::observation::Observation;
+use crate::physics::ring::effects::Measured;
 use serde::{Deserialize, Serialize};
 
 /// Everything that is recorded of a droplet, at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reading {
     pub(super) t: f64,
     /// World coordinates of the centroid.
@@ -19,6 +21,21 @@ pub(super) struct Reading {
     pub(super) area_error: f64,
     pub(super) overlap: f64,
     pub(super) contacts: u32,
+}
+
+impl Reading {
+    /// The reading of a ring at time `t`.
+    pub(super) fn of(ring: &Measured, t: f64) -> Self {
+        let velocity = ring.velocity;
+        let Observation { x, y, kinetic, potential, shape, area_error, overlap, contacts, .. } = ring.seen;
+        let (shape, area_error) = (shape.unwrap_or(1.0), area_error.unwrap_or(0.0));
+        Self { t, place: [x, y], velocity, kinetic, potential, shape, area_error, overlap, contacts }
+    }
+
+    /// Total energy.
+    pub(super) fn energy(&self) -> f64 {
+        self.kinetic + self.potential
+    }
 }
 
 /// The observation at time `t` between two readings.
