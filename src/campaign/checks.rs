@@ -21,9 +21,6 @@ const LARGEST_RECORD: f64 = 1e9;
 /// Most steps of a run.
 const MOST_STEPS: f64 = 1e12;
 
-/// Coverage of the plane by discs at which random sequential addition jams.
-const SATURATION: f64 = 0.547;
-
 /// How many vertices `dynamics = "darcy"` takes.
 const DARCY_VERTICES: std::ops::RangeInclusive<usize> = 16..=512;
 
@@ -162,8 +159,7 @@ fn fits_dynamics(point: &Point) -> Option<Breach> {
 fn room_for_all(point: &Point) -> Option<Breach> {
     let Scene::Obstacles(field) = &point.scene else { return None };
     let Density::Number(density) = field.density else { return None };
-    let spacing = field.sigma_ob + field.w_ob;
-    let most = SATURATION / (std::f64::consts::FRAC_PI_4 * spacing * spacing);
+    let most = field.jammed_density();
     (density >= most).then(|| Breach {
         key: "density",
         excess: density / most,

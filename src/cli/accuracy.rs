@@ -119,7 +119,7 @@ fn tell_cost(campaign: &Campaign, dir: &Path, threads: usize, quiet: bool) -> Re
     let plan = execute::plan(campaign, dir)?;
     if let (Some(cost), false, false) = (plan.cost(), quiet, plan.jobs.is_empty()) {
         let time = written_s(cost.wall_s(threads));
-        say(format!("{} runs, at most about {time} on {threads} threads; clogs end runs earlier", plan.jobs.len()));
+        say(format!("{} runs, about {time} on {threads} threads", plan.jobs.len()));
     }
     Ok(())
 }

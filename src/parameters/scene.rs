@@ -70,6 +70,18 @@ pub struct ObstacleField {
     pub box_size: f64,
 }
 
+/// Coverage of the plane by discs at which random sequential addition jams.
+const JAMMED: f64 = 0.547;
+
+impl ObstacleField {
+    /// Obstacles per sigma^2 of a saturated array, in which discs of diameter `D = sigma_ob + w_ob` jam:
+    /// `0.547/(pi D^2/4)`.
+    pub(crate) fn jammed_density(&self) -> f64 {
+        let spacing = self.sigma_ob + self.w_ob;
+        JAMMED / (std::f64::consts::FRAC_PI_4 * spacing * spacing)
+    }
+}
+
 /// How full an obstacle array is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Density {

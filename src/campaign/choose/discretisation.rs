@@ -22,8 +22,7 @@ pub(crate) fn discretisation_error(point: &Point) -> Option<(Kind, f64)> {
         (Dynamics::Darcy, _) => None,
         (Dynamics::Vertex, kind) => {
             let settings = table().kinds.get(&kind).map_or(&[][..], |measured| &measured.settings);
-            let integrator = point.stepping.integrator;
-            let same = settings.iter().filter(|s| s.n_vertices == ring.n_vertices && s.integrator == integrator);
+            let same = settings.iter().filter(|setting| setting.n_vertices == ring.n_vertices);
             same.map(|setting| setting.error).max_by(f64::total_cmp)
         }
     };
@@ -33,15 +32,12 @@ pub(crate) fn discretisation_error(point: &Point) -> Option<(Kind, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Deformable, Density, Integrator, ObstacleField, Scene, Stepping};
+    use crate::parameters::{Deformable, Density, ObstacleField, Scene};
 
     fn point(w_ob: f64, dynamics: Dynamics, n_vertices: usize) -> Point {
         let array = ObstacleField { w_ob, sigma_ob: 0.3, density: Density::Number(0.7), box_size: 60.0 };
         let ring = Deformable { n_vertices, dynamics, ..Deformable::of_tension(1.0) };
-        let mut point = Point::new(Model::Deformable(ring), Scene::Obstacles(array));
-        let integrator = if dynamics == Dynamics::Darcy { Integrator::Adaptive } else { Integrator::Implicit };
-        point.stepping = Stepping { integrator, dt: 0.0625 };
-        point
+        Point::new(Model::Deformable(ring), Scene::Obstacles(array))
     }
 
     #[test]

@@ -87,12 +87,6 @@ pub(crate) fn is_darcy(point: &Point) -> bool {
     matches!(&point.model, Model::Deformable(ring) if ring.dynamics == Dynamics::Darcy)
 }
 
-/// Estimated CPU time of a unit of time under `dynamics = "darcy"`, in seconds: measured in arrays of density 0.39 and 0.7
-/// with 32 to 256 vertices, and growing with N_v^2.4, because matrices are dense.
-pub(crate) fn adaptive_s_per_t0(n_vertices: usize) -> f64 {
-    3.5e-4 * libm::pow(n_vertices as f64 / 64.0, 2.4)
-}
-
 /// Estimated cost of a unit of time with a ring of springs in each of the [`candidates`], in ns per vertex.
 pub(crate) fn costs_per_t0(point: &Point, limit: &StabilityLimit) -> [f64; 3] {
     let [verlet, implicit, _] = candidates(point, limit);

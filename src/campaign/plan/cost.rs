@@ -1,15 +1,37 @@
-//! What jobs cost: the number of time steps times the measured duration of a step.
+//! What jobs cost: what is expected of a run ([`Expectation`]), times the measured duration of a step.
+//!
+//! Steps of fixed length cost the same whatever happens. Steps that follow their error follow the events of a run, so their
+//! cost goes with the way of the droplet and not with time. It was measured in campaigns, in Newton steps of the ring of
+//! springs, because the duration of these is measured on each machine.
 
-use crate::campaign::choose::stepping::{NEWTON_STEPS, adaptive_s_per_t0, folds};
+use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
 use crate::campaign::file::Block;
-use crate::parameters::{Integrator, Model, Point};
+use crate::campaign::plan::expectation::Expectation;
+use crate::parameters::{Deformable, Dynamics, Integrator, Model, Point, Scene};
 
-/// Typical mean speed of a droplet that does not clog, in V_t. It turns a distance into a time.
-pub(super) const FLOWING_SPEED: f64 = 0.7;
+/// By what factor a step of Verlet takes longer among obstacles than the measured one, which leans on two discs.
+const AMONG_OBSTACLES: f64 = 1.5;
 
-/// By what factor a step takes longer for a droplet that folds back on itself: 1.1 at Gamma = 0.1, 1.7 at 0.03, 2 at
-/// 0.01.
-const FOLDED: f64 = 1.5;
+/// By what factor it takes longer with near-wall drag.
+const NEAR_WALLS: f64 = 3.0;
+
+/// By what factor a step takes longer for a droplet that folds back on itself, above Gamma = 0.06 and below.
+const FOLDED: [f64; 2] = [1.2, 2.0];
+
+/// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
+const FREE: f64 = 0.7;
+
+/// What one sigma of the way of a ring of springs costs among obstacles, in Newton steps: 390 to 450.
+const A_SIGMA: f64 = 420.0;
+
+/// What its rest after an arrest costs, in Newton steps.
+const A_REST: f64 = 3000.0;
+
+/// What the passage of a ring of 256 vertices through an orifice costs, in Newton steps; it goes with N_v.
+const A_PASSAGE: f64 = 19_000.0;
+
+/// Nanoseconds per vertex and Newton step of the machine on which the cost of the liquid was measured.
+const MEASURED_AT: f64 = 11.0;
 
 /// How fast one thread of this machine is. The default stands for an unknown speed and makes every estimate zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,26 +45,37 @@ pub struct Speed {
 }
 
 impl Speed {
-    /// Expected CPU time of one job, in seconds: `T/dt` steps with `T = min(t_max, distance/(0.7 V_t))`, or `t_max` if
-    /// no distance is set. A droplet that clogs ends earlier.
+    /// Expected CPU time of one job, in seconds.
     pub(crate) fn expected_s(&self, point: &Point) -> f64 {
-        let way = point.limits.distance.map(|distance| distance / (FLOWING_SPEED * point.v_t));
-        let steps = way.map_or(point.limits.t_max, |time| time.min(point.limits.t_max)) / point.stepping.dt;
-        if let (Model::Deformable(ring), Integrator::Adaptive) = (&point.model, point.stepping.integrator) {
-            let known = self.implicit_ns_per_vertex_newton > 0.0;
-            return if known { steps * point.stepping.dt * adaptive_s_per_t0(ring.n_vertices) } else { 0.0 };
-        }
-        let ns_per_step = match &point.model {
-            Model::Deformable(ring) => {
-                let per_vertex = match point.stepping.integrator {
-                    Integrator::Verlet => self.deformable_ns_per_vertex_step,
-                    Integrator::Implicit | Integrator::Adaptive => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
+        let expected = Expectation::of(point);
+        let steps = expected.time / point.stepping.dt;
+        let ns = match (&point.model, point.stepping.integrator) {
+            (Model::Soft(_), _) => FREE * steps * self.soft_ns_per_step,
+            (Model::Deformable(ring), Integrator::Adaptive) => self.adaptive_ns(ring, point, expected),
+            (Model::Deformable(ring), integrator) => {
+                let per_vertex = match integrator {
+                    Integrator::Verlet => AMONG_OBSTACLES * self.deformable_ns_per_vertex_step,
+                    _ => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
                 };
-                ring.n_vertices as f64 * per_vertex * if folds(ring) { FOLDED } else { 1.0 }
+                let folded = if folds(ring) { FOLDED[usize::from(ring.gamma < 0.06)] } else { 1.0 };
+                let near_walls = if point.b0 > 0.0 { NEAR_WALLS } else { 1.0 };
+                steps * ring.n_vertices as f64 * per_vertex * folded * near_walls
             }
-            Model::Soft(_) => self.soft_ns_per_step,
         };
-        steps * ns_per_step * 1e-9
+        1e-9 * ns
+    }
+
+    /// The cost of steps that follow their error.
+    fn adaptive_ns(&self, ring: &Deformable, point: &Point, Expectation { way, rests, .. }: Expectation) -> f64 {
+        let (n, is_orifice) = (ring.n_vertices as f64, matches!(point.scene, Scene::Channel(_)));
+        if ring.dynamics == Dynamics::Darcy {
+            // Matrices are dense: their filling goes with n, their factors with n^3.
+            let a_sigma_ms = 0.067 * n + 1.4e-5 * n * n * n;
+            let passages = if is_orifice { 5.0 } else { 0.0 };
+            return 1e6 * a_sigma_ms * (way + rests + passages) * self.implicit_ns_per_vertex_newton / MEASURED_AT;
+        }
+        let passage = if is_orifice { A_PASSAGE * n / 256.0 } else { 0.0 };
+        (A_SIGMA * way + A_REST * rests + passage) * n * self.implicit_ns_per_vertex_newton
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod cost;
 mod effects;
+mod expectation;
 mod integrators;
 mod repeats;
 mod rounds;

@@ -1,4 +1,4 @@
-//! The rounds of `until`: how seeds are added, and what all of them can cost at most.
+//! The rounds of `until`: how seeds are added, and what all of them would cost.
 
 use crate::campaign::durations::written_s;
 use crate::campaign::file::{Block, Estimate, Until};
@@ -35,7 +35,7 @@ impl fmt::Display for Rounds {
         let runs: String = next.map(|next| format!("{next}, ")).fold(format!("{runs}, "), |runs, next| runs + &next);
         write!(
             f,
-            "{runs}... up to {most} runs a point, until half of the interval of {of} is {}% of it; at most {} of CPU in all",
+            "{runs}... up to {most} runs a point, until half of the interval of {of} is {}% of it; about {} of CPU if all points need all runs",
             Short(100.0 * relative_error),
             written_s(*most_s)
         )

@@ -161,10 +161,9 @@ impl fmt::Display for CostText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(cost, threads) = self;
         let Some(mean) = cost.mean_s() else { return write!(f, "nothing to run") };
-        let bound = if cost.by_distance { "about" } else { "at most" };
         write!(
             f,
-            "{bound} {} of CPU, {} a job, {} on {threads} threads; clogs end runs earlier",
+            "about {} of CPU, {} a job, {} on {threads} threads, by a guess of how far droplets get",
             written_s(cost.total_s),
             written_s(mean),
             written_s(cost.wall_s(*threads))

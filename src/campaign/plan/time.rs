@@ -7,12 +7,14 @@
 //! a clog only if its rest can be seen from there. Near-wall drag is left out, which makes both times many times as
 //! long.
 
-use crate::campaign::plan::cost::FLOWING_SPEED;
 use crate::parameters::{Point, Scene};
 use std::sync::Arc;
 
 /// The longest time from an arrest to E_k/E_t = 1e-17, in sigma of free fall.
 const ARREST: f64 = 45.0;
+
+/// The mean speed of a slow droplet that does not clog, in V_t. It turns a distance into a time.
+const FLOWING_SPEED: f64 = 0.7;
 
 /// The logarithm of the threshold to which [`ARREST`] belongs.
 const TO_THRESHOLD: f64 = 17.0;

@@ -31,7 +31,7 @@ use crate::results::trajectory::Failure;
 use darcy::DarcyState;
 use descent::Equilibrium;
 use guard::GuardState;
-use implicit::{AdaptiveState, ImplicitState};
+use implicit::{AdaptiveState, ImplicitState, StepCounts};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -122,6 +122,18 @@ pub enum MotionState {
     Soft(SoftState),
     /// Implicit steps of a ring that follow their error.
     Adaptive(Box<AdaptiveState>),
+}
+
+impl MotionState {
+    /// The implicit steps taken so far; `None` for explicit schemes.
+    pub(in crate::physics) fn counts(&self) -> Option<StepCounts> {
+        match self {
+            Self::Implicit(state) => Some(state.counts()),
+            Self::Adaptive(state) => Some(state.counts()),
+            Self::Darcy(state) => Some(state.counts()),
+            Self::Verlet(_) | Self::Soft(_) => None,
+        }
+    }
 }
 
 /// Takes `steps` in pieces of at most `piece`, and checks `stop` before each piece.

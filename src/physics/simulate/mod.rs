@@ -14,7 +14,7 @@ pub mod stability;
 mod start;
 mod timetable;
 
-pub use snapshot::{EndState, Keeper, NoKeeper, Snapshot};
+pub use snapshot::{EndState, Keeper, NoKeeper, Sighting, Snapshot};
 
 use crate::parameters::{Job, Point};
 use crate::physics::motion::Interruption;

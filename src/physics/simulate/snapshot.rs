@@ -2,6 +2,7 @@
 
 use crate::parameters::Point;
 use crate::physics::motion::MotionState;
+use crate::physics::motion::implicit::StepCounts;
 use crate::physics::simulate::record::{Recorded, Recorder};
 use crate::physics::simulate::timetable::Timetable;
 use crate::results::outline::Outline;
@@ -54,10 +55,31 @@ pub struct Snapshot {
     pub(super) motion: MotionState,
 }
 
+/// What had happened until a check, and what it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Obstacles that carry load.
+    pub contacts: usize,
+    /// E_k/E_t at the last sample.
+    pub ek_ratio: f64,
+    /// Steps so far; explicit schemes count theirs as accepted.
+    pub counts: StepCounts,
+}
+
 impl Snapshot {
     /// Time steps taken so far.
     pub fn step(&self) -> u64 {
         self.course.step
+    }
+
+    /// What had happened until this check.
+    pub fn sighting(&self) -> Sighting {
+        let explicit = StepCounts { accepted: self.step(), ..StepCounts::default() };
+        Sighting {
+            contacts: self.course.outline.loads.len(),
+            ek_ratio: self.course.recorder.samples.ek_ratio.last().copied().unwrap_or(1.0),
+            counts: self.motion.counts().unwrap_or(explicit),
+        }
     }
 
     /// Whether a trajectory of `point` has steps left from here.

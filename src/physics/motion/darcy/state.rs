@@ -2,7 +2,7 @@
 
 use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
-use crate::physics::motion::{darcy::RESPACING, reading::Reading};
+use crate::physics::motion::{darcy::RESPACING, implicit::StepCounts, reading::Reading};
 use crate::physics::ring::ORIGIN_STEP;
 use crate::physics::walls::wall::Walls;
 use serde::{Deserialize, Serialize};
@@ -45,6 +45,12 @@ pub struct DarcyState {
 }
 
 impl DarcyState {
+    /// The steps so far.
+    pub(in crate::physics) const fn counts(&self) -> StepCounts {
+        let Course { accepted, refused, iterations, .. } = self.course;
+        StepCounts { accepted, refused, iterations }
+    }
+
     /// Whether it is the state of a ring of `n` vertices.
     pub(super) fn is_of(&self, n: usize) -> bool {
         self.shapes.last.iter().all(|shape| shape.x.len() == n && shape.y.len() == n)

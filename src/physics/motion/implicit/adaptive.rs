@@ -21,7 +21,7 @@
 
 use crate::on_instruction_set;
 use crate::physics::motion::descent::Equilibrium;
-use crate::physics::motion::implicit::{BadStep, Field, ImplicitMotion, ImplicitState};
+use crate::physics::motion::implicit::{BadStep, Field, ImplicitMotion, ImplicitState, StepCounts};
 use crate::physics::motion::reading::{Reading, between};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
@@ -110,6 +110,13 @@ pub struct AdaptiveState {
     looks: u64,
     next: f64,
     readings: [Reading; 2],
+}
+
+impl AdaptiveState {
+    /// The steps so far.
+    pub(in crate::physics) const fn counts(&self) -> StepCounts {
+        self.steps.counts()
+    }
 }
 
 impl AdaptiveMotion {

@@ -108,6 +108,13 @@ pub struct ImplicitState {
     steps: u64,
 }
 
+impl ImplicitState {
+    /// The steps so far.
+    pub(in crate::physics) const fn counts(&self) -> StepCounts {
+        self.counts
+    }
+}
+
 impl ImplicitMotion {
     /// A ring at rest.
     pub fn start(ring: Ring, effects: RingEffects, dt: f64, instruction_set: InstructionSet) -> Self {
