@@ -98,7 +98,7 @@ pub static PARAMETERS: &[Parameter] = &[
     parameter("engulfed", "what happens when an obstacle lies inside the ring", field!(ring.engulfed))
         .of(DP).choice(Engulfed::NAMES),
 
-    parameter("step_error", "largest error of a vertex in a step that follows its error", STEP_ERROR_FIELD)
+    parameter("step_error", "error allowed in a step that follows its error", STEP_ERROR_FIELD)
         .of(DP).number(between(1e-7, 1e-2)).default(STEP_ERROR).unit("sigma"),
 
     parameter("w_ob", "smallest gap between two obstacles", field!(array.w_ob))

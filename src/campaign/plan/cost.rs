@@ -15,8 +15,11 @@ const AMONG_OBSTACLES: f64 = 1.5;
 /// By what factor it takes longer with near-wall drag.
 const NEAR_WALLS: f64 = 3.0;
 
-/// By what factor a step takes longer for a droplet that folds back on itself, above Gamma = 0.06 and below.
+/// By what factor Verlet's step takes longer for a droplet that folds back on itself, above Gamma = 0.06 and below.
 const FOLDED: [f64; 2] = [1.2, 2.0];
+
+/// By what factor the way of such a droplet takes more Newton steps.
+const FOLDED_WAY: [f64; 2] = [5.0, 30.0];
 
 /// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
 const FREE: f64 = 0.7;
@@ -57,7 +60,7 @@ impl Speed {
                     Integrator::Verlet => AMONG_OBSTACLES * self.deformable_ns_per_vertex_step,
                     _ => NEWTON_STEPS * self.implicit_ns_per_vertex_newton,
                 };
-                let folded = if folds(ring) { FOLDED[usize::from(ring.gamma < 0.06)] } else { 1.0 };
+                let folded = folded(ring, FOLDED);
                 let near_walls = if point.b0 > 0.0 { NEAR_WALLS } else { 1.0 };
                 steps * ring.n_vertices as f64 * per_vertex * folded * near_walls
             }
@@ -75,8 +78,13 @@ impl Speed {
             return 1e6 * a_sigma_ms * (way + rests + passages) * self.implicit_ns_per_vertex_newton / MEASURED_AT;
         }
         let passage = if is_orifice { A_PASSAGE * n / 256.0 } else { 0.0 };
-        (A_SIGMA * way + A_REST * rests + passage) * n * self.implicit_ns_per_vertex_newton
+        (A_SIGMA * way * folded(ring, FOLDED_WAY) + A_REST * rests + passage) * n * self.implicit_ns_per_vertex_newton
     }
+}
+
+/// The factor of a droplet that folds back on itself, above Gamma = 0.06 and below; 1 where it does not.
+fn folded(ring: &Deformable, factors: [f64; 2]) -> f64 {
+    if folds(ring) { factors[usize::from(ring.gamma < 0.06)] } else { 1.0 }
 }
 
 /// The expected cost of the jobs of a block that are to run.

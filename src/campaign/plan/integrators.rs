@@ -1,6 +1,6 @@
 //! Which integrator takes which points of a block, and why.
 
-use crate::campaign::choose::stepping::{choose, costs_per_t0, folds, is_darcy};
+use crate::campaign::choose::stepping::{choose, costs_per_t0, is_darcy};
 use crate::campaign::file::Block;
 use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
@@ -14,8 +14,6 @@ enum Reason {
     /// So has `dynamics = "darcy"`.
     OfDynamics,
     StepGiven,
-    /// The droplet folds back on itself, where the implicit integrator converges slowly.
-    Folds,
     /// It was chosen by cost; Verlet's step is bound by this term.
     Cheaper(&'static str),
 }
@@ -48,9 +46,6 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
         (Reason::Asked, _) => "asked for".to_owned(),
         (Reason::NoOther, _) => "the integrator of SP".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
-        (Reason::Folds, _) => {
-            "droplets of so small a tension fold back on themselves, where implicit steps converge slowly".to_owned()
-        }
         (Reason::Cheaper(_), Integrator::Verlet) if times.low < 1.0 => {
             format!("adaptive would cost {cut} times as much, and is taken where it halves the cost")
         }
@@ -77,7 +72,6 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
         (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit | IntegratorChoice::Adaptive) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.
         _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
-        (Model::Deformable(ring), _) if point.stepping.integrator == Integrator::Verlet && folds(ring) => Reason::Folds,
         // Where Verlet is chosen, the term that bounds its step is not told.
         _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
         _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),

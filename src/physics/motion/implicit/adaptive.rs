@@ -1,27 +1,27 @@
 //! Implicit steps of a ring whose length follows their error.
 //!
 //! The scheme is that of [`ImplicitMotion`], which takes steps of any length. What was foreseen of a step and what came
-//! of it differ by a multiple of the third derivative, and so does the error of the step (`scheme`). The
-//! next step is as long as the error allowed:
+//! of it differ by a multiple of the third derivative, and so does the error of the step (`scheme`). The next step is as
+//! long as the error allowed:
 //!
 //! ```text
 //! h+ = 0.9 h (allowed/error)^(1/3),     allowed = min(step_error, 0.01 t0 x the speed of the fastest vertex)
 //! ```
 //!
-//! where the error is three times the root mean square of those of the vertices. The second bound follows a droplet that comes to rest: without it, steps would no longer see how its motion decays
-//! once that is smaller than `step_error`. No vertex moves further in a step than a third of the size of what it could
-//! leap over.
+//! where the error is three times the root mean square of those of the vertices. The second bound follows a droplet that
+//! comes to rest: without it, steps would no longer see how its motion decays once that is smaller than `step_error`. No
+//! vertex moves further in a step than a third of the size of what it could leap over.
 //!
 //! Steps depend on the trajectory only, not on when it is looked at: the ring is ahead of the present time by part of a
 //! step, and what is asked of the present is read off in between ([`crate::physics::motion::reading`]).
 //!
 //! A step is taken again, shorter, if it is not solved, if its error is more than twice what is allowed, or if the
-//! energy rises in a step that is not short. After the latter, and where Newton's method failed, it is a step of backward Euler, which lowers the
-//! energy if it is short enough.
+//! energy rises in a step that is not short. If it is not its error, the next attempt is a step of backward Euler, which
+//! lowers the energy if it is short enough.
 
 use crate::on_instruction_set;
 use crate::physics::motion::descent::Equilibrium;
-use crate::physics::motion::implicit::{BadStep, Field, ImplicitMotion, ImplicitState, StepCounts};
+use crate::physics::motion::implicit::{BadStep, Field, ImplicitMotion, ImplicitState, LARGEST_MOVE, StepCounts};
 use crate::physics::motion::reading::{Reading, between};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
@@ -138,7 +138,7 @@ impl AdaptiveMotion {
         let n = steps.ring.n;
         let (foreseen, velocity, readings) = (Field::zero(n), Field::zero(n), [Reading::default(); 2]);
         let mut steps = ImplicitMotion { largest_move, ..steps };
-        (steps.newton.stiffens, steps.newton.most_iterations) = (true, MOST_ITERATIONS);
+        (steps.newton.takes_long_steps, steps.newton.most_iterations) = (true, MOST_ITERATIONS);
         let (loads, is_fresh) = (Vec::new(), true);
         Self { steps, step_error, dt, looks: 0, next: FIRST, readings, loads, is_fresh, foreseen, velocity }
     }
@@ -173,13 +173,20 @@ impl AdaptiveMotion {
         self.steps.follow();
         loop {
             let fastest = self.steps.ring.fastest();
-            let farthest = 0.9 * self.steps.largest_move;
+            let farthest = 0.9 * self.farthest();
             let h = if fastest * self.next > farthest { farthest / fastest } else { self.next };
             match self.attempt(h, fastest) {
                 Ok(()) => return Ok(()),
                 Err(refused) => self.retreat(h, refused)?,
             }
         }
+    }
+
+    /// How far a vertex may move in the next step: half of its diameter where parts of the ring lie side by side, so that
+    /// none leaps over another.
+    fn farthest(&self) -> f64 {
+        let lies_folded = self.steps.effects.others.iter().any(|other| !other.has_stiffness() && other.acts());
+        if lies_folded { LARGEST_MOVE.min(self.steps.largest_move) } else { self.steps.largest_move }
     }
 
     fn attempt(&mut self, h: f64, fastest: f64) -> Result<(), Refused> {

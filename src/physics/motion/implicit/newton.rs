@@ -64,8 +64,9 @@ pub(super) struct Newton {
     pub(super) travelled: f64,
     /// A time step is given up after this many Newton steps.
     pub(super) most_iterations: u32,
-    /// Whether the stiffness of the area may be what makes the matrix positive definite, as it is in long steps.
-    pub(super) stiffens: bool,
+    /// Whether the matrix is made for long steps: the stiffness of the area may be what makes it positive definite, and
+    /// self-contact has a part in it.
+    pub(super) takes_long_steps: bool,
     /// A correction below this is the last, in sigma.
     pub(super) precision: f64,
     pub(super) potential: Potential,
@@ -81,7 +82,7 @@ impl Newton {
             displacement: Field::zero(n),
             travelled: 0.0,
             most_iterations: MOST_ITERATIONS,
-            stiffens: false,
+            takes_long_steps: false,
             precision: 0.0,
             potential: Potential::new(n, instruction_set),
             correction: Field::zero(n),
@@ -159,7 +160,7 @@ impl Newton {
         self.potential.evaluate(&self.displacement, ring, effects);
         for _ in 1..=MOST_ITERATIONS {
             let Self { potential, correction, solver, .. } = self;
-            potential.assemble(ring, effects, Parts::All);
+            potential.assemble(ring, effects, Parts::All, false);
             against(&potential.gradient, correction);
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
             let k = effects.area.stiffness;
@@ -183,11 +184,11 @@ impl Newton {
     fn direct(&mut self, ring: &Ring, effects: &RingEffects) -> Result<(), Unsolved> {
         let Self { potential, correction, solver, .. } = self;
         for parts in [Parts::All, Parts::Positive] {
-            potential.assemble(ring, effects, parts);
+            potential.assemble(ring, effects, parts, self.takes_long_steps);
             against(&potential.gradient, correction);
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
             let (set, matrix, k) = (self.instruction_set, &potential.stiffness, effects.area.stiffness);
-            let solved = match (self.stiffens, parts) {
+            let solved = match (self.takes_long_steps, parts) {
                 (true, Parts::All) => solver.solve_stiffened(set, matrix, k, area, right),
                 _ => solver.solve(set, matrix, k, area, right),
             };

@@ -104,8 +104,9 @@ impl Potential {
         }
     }
 
-    /// Fills the matrix `w + U''`, at the positions at which Phi' was last evaluated.
-    pub(super) fn assemble(&mut self, ring: &Ring, effects: &RingEffects, parts: Parts) {
+    /// Fills the matrix `w + U''`, at the positions at which Phi' was last evaluated; if it `stands_in`, with the second
+    /// derivatives of each part of the ring as if the rest stood still where others are not known.
+    pub(super) fn assemble(&mut self, ring: &Ring, effects: &RingEffects, parts: Parts, stands_in: bool) {
         let law = effects.edge_law();
         on_instruction_set!(self.instruction_set, simd => {
             self.assemble_edges(simd, ring, law, parts);
@@ -116,6 +117,9 @@ impl Potential {
         }
         for other in effects.others.iter().filter(|other| other.acts()) {
             other.add_stiffness(ring, parts, &mut self.stiffness);
+            if stands_in {
+                other.add_own_stiffness(ring, &mut self.stiffness);
+            }
         }
         self.stiffness.fold();
     }

@@ -125,3 +125,33 @@ impl Scheme {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_gives_the_error_of_a_cubic() {
+        // x = t^3 with exact places and velocities until t = 0, and the exact velocity at the end of the step.
+        for (h, earlier) in [(0.4, 0.3), (0.4, 0.2), (0.1, 0.4)] {
+            let (x, v) = (|t: f64| t * t * t, |t: f64| 3.0 * t * t);
+            let scheme = Scheme::of(h, h / earlier);
+            let (moved, gained) = (x(0.0) - x(-earlier), v(0.0) - v(-earlier));
+            let step = scheme.keep * moved + scheme.s * v(h);
+            let foreseen = h * (v(0.0) + 0.5 * scheme.ratio * gained);
+            let share = (step - x(h)).abs() / (step - foreseen).abs();
+            assert!((scheme.error_share() / share - 1.0).abs() < 1e-12, "{h} {earlier}: {share}");
+        }
+    }
+
+    #[test]
+    fn a_parabola_is_followed_exactly() {
+        let (x, v) = (|t: f64| 0.3 + 2.0 * t - 1.5 * t * t, |t: f64| 2.0 - 3.0 * t);
+        let (h, earlier) = (0.4, 0.3);
+        let scheme = Scheme::of(h, h / earlier);
+        let step = scheme.keep * (x(0.0) - x(-earlier)) + scheme.s * v(h);
+        assert!((step - (x(h) - x(0.0))).abs() < 1e-14);
+        let foreseen = h * (v(0.0) + 0.5 * scheme.ratio * (v(0.0) - v(-earlier)));
+        assert!((foreseen - step).abs() < 1e-14);
+    }
+}

@@ -63,6 +63,11 @@ pub trait RingForce: Send + Sync + std::fmt::Debug {
     /// constant within each iteration, which converges only if it is softer than `m/dt^2`.
     fn add_stiffness(&self, _ring: &Ring, _parts: Parts, _stiffness: &mut Stiffness) {}
 
+    /// Adds second derivatives that stand in for those that [`add_stiffness`](Self::add_stiffness) leaves out, because they
+    /// couple vertices that are not neighbours: of each vertex and each edge as if the rest stood still. Newton's method
+    /// then converges linearly. Only steps that follow their error take them.
+    fn add_own_stiffness(&self, _ring: &Ring, _stiffness: &mut Stiffness) {}
+
     /// Whether [`add_stiffness`](Self::add_stiffness) supplies second derivatives.
     fn has_stiffness(&self) -> bool {
         true

@@ -65,7 +65,7 @@ fn along(field: &Field, [vx, vy]: [&[f64]; 2]) -> f64 {
 fn derivatives(effects: &RingEffects, ring: &Ring) -> (Field, Stiffness, Field) {
     let (mut potential, mut here) = (Potential::new(N, InstructionSet::new()), ring.clone());
     potential.evaluate(&Field::zero(N), &mut here, effects);
-    potential.assemble(&here, effects, Parts::All);
+    potential.assemble(&here, effects, Parts::All, false);
     (potential.gradient, potential.stiffness, potential.area_gradient)
 }
 

@@ -19,6 +19,7 @@ mod pairs;
 pub(crate) use crossing::crosses;
 
 use crate::on_instruction_set;
+use crate::physics::ring::forces::stiffness::Stiffness;
 use crate::physics::ring::{Ring, forces::RingForce};
 use crate::physics::simd::{InstructionSet, LANES, load, store, sum_lanes};
 use crate::physics::walls::neighbours::Neighbours;
@@ -101,6 +102,29 @@ impl SelfContact {
     }
 }
 
+impl SelfContact {
+    /// Adds `k n n^T` to the blocks of each vertex that touches an edge, and its share by the lever rule to those of the
+    /// edge.
+    #[inline(always)]
+    fn add_own_stiffness_with<S: Simd>(&self, simd: S, ring: &Ring, m: &mut Stiffness) {
+        let (zero, one, k) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0), f64x8::splat(simd, self.stiffness));
+        for &Pair { vertices: a, edge: j } in &self.near.items {
+            let Some([overlap, q, nx, ny]) = self.overlap(simd, ring, a, j, self.delta) else { continue };
+            let k = overlap.simd_gt(zero).select(k, zero);
+            let (xx, xy, yy) = (k * nx * nx, k * nx * ny, k * ny * ny);
+            let (first, both, second) = ((one - q) * (one - q), q * (one - q), q * q);
+            for (own, of) in [(&mut m.own_xx, xx), (&mut m.own_xy, xy), (&mut m.own_yy, yy)] {
+                store(load(simd, own, a) + of, own, a);
+                own[j] += sum_lanes(first * of);
+                own[j + 1] += sum_lanes(second * of);
+            }
+            for (next, of) in [(&mut m.next_xx, xx), (&mut m.next_xy, xy), (&mut m.next_yx, xy), (&mut m.next_yy, yy)] {
+                next[j] += sum_lanes(both * of);
+            }
+        }
+    }
+}
+
 impl RingForce for SelfContact {
     fn moved(&mut self, distance: f64, ring: &Ring) {
         // Twice, because a vertex and an edge may move towards each other. Pairs hold numbers, so the origin does not
@@ -149,6 +173,10 @@ impl RingForce for SelfContact {
 
     fn add(&self, ring: &mut Ring) {
         on_instruction_set!(self.instruction_set, simd => self.add_with(simd, ring));
+    }
+
+    fn add_own_stiffness(&self, ring: &Ring, stiffness: &mut Stiffness) {
+        on_instruction_set!(self.instruction_set, simd => self.add_own_stiffness_with(simd, ring, stiffness));
     }
 
     fn has_stiffness(&self) -> bool {
@@ -210,6 +238,30 @@ mod tests {
         let mut effect = SelfContact::new(96, 4e3, 0.0123, Apart::Way, InstructionSet::new());
         effect.moved(0.0, &crowd);
         assert!(effect.energy(&crowd) == 0.0, "a crowd is no fold");
+    }
+
+    #[test]
+    fn own_stiffness_is_how_the_force_on_a_vertex_falls_when_it_alone_gives_way() {
+        let ring = dumb_bell(96, 0.0041);
+        let mut effect = SelfContact::new(96, 4e3, 0.0123, Apart::Way, InstructionSet::new());
+        effect.moved(0.0, &ring);
+        let mut own = Stiffness::new(96);
+        effect.add_own_stiffness(&ring, &mut own);
+        own.fold();
+        let force = |i: usize, dy: f64| {
+            let mut moved = ring.clone();
+            moved.y[i] += dy;
+            moved.close();
+            effect.add(&mut moved);
+            moved.force_y[i]
+        };
+        // In the middle of the waist the normal points along y, and nothing turns.
+        let middle = (0..96).filter(|i| ring.x[*i].abs() < 0.02);
+        let checked = middle.inspect(|&i| {
+            let falls = (force(i, -1e-7) - force(i, 1e-7)) / 2e-7;
+            assert!(falls > 10.0 && (own.own_yy[i] / falls - 1.0).abs() < 0.02, "{i}: {} {falls}", own.own_yy[i]);
+        });
+        assert!(checked.count() >= 2);
     }
 
     fn check_gradient(ring: &Ring, apart: Apart) {
