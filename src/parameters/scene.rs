@@ -80,6 +80,14 @@ impl ObstacleField {
         let spacing = self.sigma_ob + self.w_ob;
         JAMMED / (std::f64::consts::FRAC_PI_4 * spacing * spacing)
     }
+
+    /// Obstacles per sigma^2.
+    pub(crate) fn number_density(&self) -> f64 {
+        match self.density {
+            Density::Number(density) => density,
+            Density::Saturated => self.jammed_density(),
+        }
+    }
 }
 
 /// How full an obstacle array is.

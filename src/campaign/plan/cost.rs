@@ -10,7 +10,7 @@ use crate::campaign::plan::expectation::Expectation;
 use crate::parameters::{Deformable, Dynamics, Integrator, Model, Point, Scene};
 
 /// By what factor a step of Verlet takes longer among obstacles than the measured one, which leans on two discs.
-const AMONG_OBSTACLES: f64 = 1.5;
+const AMONG_OBSTACLES: f64 = 2.4;
 
 /// By what factor it takes longer with near-wall drag.
 const NEAR_WALLS: f64 = 3.0;
@@ -24,14 +24,20 @@ const FOLDED_WAY: [f64; 2] = [5.0, 30.0];
 /// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
 const FREE: f64 = 0.7;
 
-/// What one sigma of the way of a ring of springs costs among obstacles, in Newton steps: 390 to 450.
+/// What one sigma of the way of a ring of springs costs among obstacles of density 0.39, in Newton steps: 390 to 450.
 const A_SIGMA: f64 = 420.0;
+
+/// With which power of the density it grows.
+const OF_DENSITY: f64 = 1.7;
 
 /// What its rest after an arrest costs, in Newton steps.
 const A_REST: f64 = 3000.0;
 
 /// What the passage of a ring of 256 vertices through an orifice costs, in Newton steps; it goes with N_v.
-const A_PASSAGE: f64 = 19_000.0;
+const A_PASSAGE: f64 = 30_000.0;
+
+/// By what factor it costs more with near-wall drag.
+const DRAGGED: f64 = 3.0;
 
 /// Nanoseconds per vertex and Newton step of the machine on which the cost of the liquid was measured.
 const MEASURED_AT: f64 = 11.0;
@@ -77,8 +83,14 @@ impl Speed {
             let passages = if is_orifice { 5.0 } else { 0.0 };
             return 1e6 * a_sigma_ms * (way + rests + passages) * self.implicit_ns_per_vertex_newton / MEASURED_AT;
         }
-        let passage = if is_orifice { A_PASSAGE * n / 256.0 } else { 0.0 };
-        (A_SIGMA * way * folded(ring, FOLDED_WAY) + A_REST * rests + passage) * n * self.implicit_ns_per_vertex_newton
+        let dragged = if point.b0 > 0.0 { DRAGGED } else { 1.0 };
+        let passage = if is_orifice { A_PASSAGE * dragged * n / 256.0 } else { 0.0 };
+        let crowded = match &point.scene {
+            Scene::Obstacles(field) => libm::pow((field.number_density() / 0.39).max(1.0), OF_DENSITY),
+            Scene::Channel(_) | Scene::Disc(_) | Scene::Plate => 1.0,
+        };
+        let steps = A_SIGMA * way * crowded * folded(ring, FOLDED_WAY) + A_REST * rests + passage;
+        steps * n * self.implicit_ns_per_vertex_newton
     }
 }
 

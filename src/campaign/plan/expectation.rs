@@ -11,7 +11,7 @@
 //! of two there: 8 sigma for stiff droplets at 0.39, 26 at Gamma = 1 (16 for the liquid), and far more than that below
 //! Gamma = 0.5. The liquid pinches off below Gamma = 0.2. In wider gaps droplets flow on.
 
-use crate::parameters::{Density, Dynamics, Model, ObstacleField, Point, Scene};
+use crate::parameters::{Dynamics, Model, ObstacleField, Point, Scene};
 
 /// Typical mean speed of a droplet that does not clog, in V_t.
 const SPEED: f64 = 0.8;
@@ -72,10 +72,7 @@ fn decay_length(model: &Model, field: &ObstacleField) -> Option<f64> {
     if field.w_ob >= WIDE {
         return None;
     }
-    let density = match field.density {
-        Density::Number(density) => density,
-        Density::Saturated => field.jammed_density(),
-    };
+    let density = field.number_density();
     let softness = |measure: f64, half: f64, power: f64| libm::pow(half / measure, power);
     let softer = match model {
         Model::Deformable(ring) if ring.dynamics == Dynamics::Darcy && ring.gamma < 0.2 => 0.0,
