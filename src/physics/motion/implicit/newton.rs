@@ -15,7 +15,8 @@
 //! free to open.
 
 use crate::on_instruction_set;
-use crate::physics::motion::implicit::{cyclic::CyclicSolver, field::Field, potential::Potential};
+use crate::physics::motion::implicit::cyclic::{CyclicSolver, Outer};
+use crate::physics::motion::implicit::{field::Field, potential::Potential};
 use crate::physics::ring::forces::stiffness::Parts;
 use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simd::{InstructionSet, LANES, load, store};
@@ -187,11 +188,9 @@ impl Newton {
             potential.assemble(ring, effects, parts, self.takes_long_steps);
             against(&potential.gradient, correction);
             let (area, right) = (potential.area_gradient.parts(), correction.parts_mut());
-            let (set, matrix, k) = (self.instruction_set, &potential.stiffness, effects.area.stiffness);
-            let solved = match (self.takes_long_steps, parts) {
-                (true, Parts::All) => solver.solve_stiffened(set, matrix, k, area, right),
-                _ => solver.solve(set, matrix, k, area, right),
-            };
+            let is_needed = self.takes_long_steps && parts == Parts::All;
+            let outer = Outer { k: effects.area.stiffness, g: area, is_needed };
+            let solved = solver.solve(self.instruction_set, &potential.stiffness, outer, right);
             if solved.is_ok() {
                 return Ok(());
             }

@@ -18,19 +18,8 @@ impl RingSolver {
         Self { rows: vec![Row::default(); n] }
     }
 
-    /// The rows by vertex, whose right sides are the solutions for b and g; `None` if B is not positive definite.
-    pub(super) fn solve(&mut self, system: &System<'_>) -> Option<&[Row<f64>]> {
-        let (n, half) = (system.matrix.n, system.matrix.n / 2);
-        let (negative, ends) = self.eliminate(system, n, half);
-        if negative > 0 {
-            return None;
-        }
-        self.substitute(n, half, ends);
-        Some(&self.rows[..n])
-    }
-
-    /// The same rows for any B, and how many of its eigenvalues are negative.
-    pub(super) fn solve_counting(&mut self, system: &System<'_>) -> (usize, &[Row<f64>]) {
+    /// How many eigenvalues of B are negative, and the rows by vertex, whose right sides are the solutions for b and g.
+    pub(super) fn solve(&mut self, system: &System<'_>) -> (usize, &[Row<f64>]) {
         let (n, half) = (system.matrix.n, system.matrix.n / 2);
         let (negative, ends) = self.eliminate(system, n, half);
         self.substitute(n, half, ends);
