@@ -33,7 +33,7 @@ fn cases() -> Vec<(&'static str, Job)> {
         ("near walls", dense("integrator = \"verlet\"\ngamma = 0.3\nn_vertices = 48\nb0 = 0.4\nlimits.t_max = 60.0")),
         ("refused steps", in_steps(dense("gamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0"), 2.5e-2)),
         ("implicit", dense("gamma = 1.09\nwall = \"per_vertex\"\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 90.0")),
-        ("adaptive", dense("gamma = 1.09\nstep_error = 1e-7\nn_vertices = 64\nshapes_every = 7.0\nlimits.t_max = 90.0")),
+        ("adaptive", dense("gamma = 1.09\nstep_error = 1e-7\nn_vertices = 64\nshapes_every = 7.0\nlimits.t_max = 300.0")),
         ("adaptive, folded", dense("gamma = 0.05\nn_vertices = 64\nlimits.t_max = 80.0")),
         ("adaptive, near walls", dense("gamma = 0.3\nb0 = 0.4\nwall = \"per_vertex\"\nn_vertices = 64\nlimits.t_max = 60.0")),
         ("implicit, near walls", dense("gamma = 0.1\nb0 = 0.4\nintegrator = \"implicit\"\nn_vertices = 64\nlimits.t_max = 60.0")),
