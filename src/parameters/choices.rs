@@ -102,7 +102,7 @@ choice!(
 choice!(
     /// Which integrator a campaign asks for; a job has a definite one.
     IntegratorChoice {
-        /// Implicit steps that follow their error where they are expected to cost much less than Verlet's, else Verlet.
+        /// Implicit steps that follow their error where they are expected to cost less than Verlet's, else Verlet.
         Auto = "auto",
         /// Modified velocity-Verlet.
         Verlet = "verlet",

@@ -41,12 +41,14 @@ pub(crate) const IMPLICIT_DT: f64 = 0.0625;
 /// allows a vertex.
 const IMPLICIT_WAY: f64 = LARGEST_MOVE / 3.0;
 
-/// Under `auto` the implicit integrator is taken where Verlet would cost more than this factor times as much. In doubt
-/// Verlet is taken, as in the paper.
-pub(crate) const WORTH_IT: f64 = 2.0;
-
 /// Tension below which droplets among obstacles fold back on themselves, so that self-contact acts most of the time.
 const FOLDS_BELOW: f64 = 0.15;
+
+/// Tension below which they lie in films, in which Newton's method converges slowly.
+const FILMS_BELOW: f64 = 0.06;
+
+/// By what factor steps that follow their error take more Newton steps where droplets fold, and where they lie in films.
+const FOLDED: [f64; 2] = [7.0, 58.0];
 
 /// The largest implicit step in which a free droplet moves no further than allowed.
 pub(crate) fn implicit_dt_bound(v_t: f64) -> f64 {
@@ -88,7 +90,11 @@ pub(crate) fn is_darcy(point: &Point) -> bool {
 /// Estimated cost of a unit of time with a ring of springs in each of the [`candidates`], in ns per vertex.
 pub(crate) fn costs_per_t0(point: &Point, limit: &StabilityLimit) -> [f64; 3] {
     let [verlet, implicit, _] = candidates(point, limit);
-    let adaptive = NEWTON_STEPS_A_SIGMA * point.v_t * NEWTON_STEP_NS;
+    let folded = match &point.model {
+        Model::Deformable(ring) => folded_steps(ring),
+        Model::Soft(_) => 1.0,
+    };
+    let adaptive = NEWTON_STEPS_A_SIGMA * folded * point.v_t * NEWTON_STEP_NS;
     [VERLET_STEP_NS / verlet.dt, NEWTON_STEPS * NEWTON_STEP_NS / implicit.dt, adaptive]
 }
 
@@ -102,14 +108,14 @@ pub(crate) fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 3]
 }
 
 /// Chooses the stepping of a point; `point.stepping` is not read. `auto` takes implicit steps that follow their error where
-/// that is worth it and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given `dt` is checked
+/// they are expected to be cheaper and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given `dt` is checked
 /// elsewhere ([`crate::campaign::checks`]).
 pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit, adaptive] = candidates(point, limit);
-    let worth_it = match (&point.model, dt) {
+    let is_cheaper = match (&point.model, dt) {
         (Model::Deformable(_), None) => {
             let [verlet, _, adaptive] = costs_per_t0(point, limit);
-            WORTH_IT * adaptive < verlet
+            adaptive < verlet
         }
         (Model::Soft(_), _) | (_, Some(_)) => false,
     };
@@ -117,7 +123,7 @@ pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, li
         _ if is_darcy(point) => adaptive,
         IntegratorChoice::Adaptive => adaptive,
         IntegratorChoice::Implicit => implicit,
-        IntegratorChoice::Auto if worth_it => adaptive,
+        IntegratorChoice::Auto if is_cheaper => adaptive,
         IntegratorChoice::Verlet | IntegratorChoice::Auto => verlet,
     };
     Stepping { dt: dt.unwrap_or(chosen.dt), ..chosen }
@@ -126,4 +132,18 @@ pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, li
 /// Whether self-contact is expected to act most of the time.
 pub(crate) fn folds(ring: &Deformable) -> bool {
     ring.self_contact == SelfContact::Auto && (vertices_pile_up(ring) || ring.gamma < FOLDS_BELOW)
+}
+
+/// The one factor of a droplet that folds, the other of one that lies in films; 1 where it does neither.
+pub(crate) fn folded(ring: &Deformable, [folds_by, films_by]: [f64; 2]) -> f64 {
+    match folds(ring) {
+        true if ring.gamma < FILMS_BELOW => films_by,
+        true => folds_by,
+        false => 1.0,
+    }
+}
+
+/// By what factor the way of a droplet takes more Newton steps because it folds.
+pub(crate) fn folded_steps(ring: &Deformable) -> f64 {
+    folded(ring, FOLDED)
 }

@@ -4,7 +4,7 @@
 //! cost goes with the way of the droplet and not with time. It was measured in campaigns, in Newton steps of the ring of
 //! springs, because the duration of these is measured on each machine.
 
-use crate::campaign::choose::stepping::{NEWTON_STEPS, folds};
+use crate::campaign::choose::stepping::{NEWTON_STEPS, folded, folded_steps};
 use crate::campaign::file::Block;
 use crate::campaign::plan::expectation::Expectation;
 use crate::parameters::{Deformable, Dynamics, Integrator, Model, Point, Scene};
@@ -15,11 +15,8 @@ const AMONG_OBSTACLES: f64 = 2.4;
 /// By what factor it takes longer with near-wall drag.
 const NEAR_WALLS: f64 = 3.0;
 
-/// By what factor Verlet's step takes longer for a droplet that folds back on itself, above Gamma = 0.06 and below.
+/// By what factor Verlet's step takes longer for a droplet that folds back on itself, and for one that lies in films.
 const FOLDED: [f64; 2] = [1.2, 2.0];
-
-/// By what factor the way of such a droplet takes more Newton steps.
-const FOLDED_WAY: [f64; 2] = [5.0, 30.0];
 
 /// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
 const FREE: f64 = 0.7;
@@ -89,14 +86,9 @@ impl Speed {
             Scene::Obstacles(field) => libm::pow((field.number_density() / 0.39).max(1.0), OF_DENSITY),
             Scene::Channel(_) | Scene::Disc(_) | Scene::Plate => 1.0,
         };
-        let steps = A_SIGMA * way * crowded * folded(ring, FOLDED_WAY) + A_REST * rests + passage;
+        let steps = A_SIGMA * way * crowded * folded_steps(ring) + A_REST * rests + passage;
         steps * n * self.implicit_ns_per_vertex_newton
     }
-}
-
-/// The factor of a droplet that folds back on itself, above Gamma = 0.06 and below; 1 where it does not.
-fn folded(ring: &Deformable, factors: [f64; 2]) -> f64 {
-    if folds(ring) { factors[usize::from(ring.gamma < 0.06)] } else { 1.0 }
 }
 
 /// The expected cost of the jobs of a block that are to run.

@@ -46,9 +46,6 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
         (Reason::Asked, _) => "asked for".to_owned(),
         (Reason::NoOther, _) => "the integrator of SP".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
-        (Reason::Cheaper(_), Integrator::Verlet) if times.low < 1.0 => {
-            format!("adaptive would cost {cut} times as much, and is taken where it halves the cost")
-        }
         (Reason::Cheaper(_), Integrator::Verlet) => {
             format!("the cheaper one: adaptive would cost {cut} times as much")
         }
