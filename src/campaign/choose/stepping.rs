@@ -3,9 +3,8 @@
 //! A unit of time costs `cost of a step/dt` per vertex. Verlet's steps are cheap, but the stiffest force limits its
 //! `dt` ([`crate::physics::simulate::stability`]). An implicit step takes a few Newton steps, each as expensive as a
 //! dozen Verlet steps, but only accuracy limits its `dt`. At `dt = 1/16` its error is at most a tenth of that of a ring
-//! of 256 vertices. Up to V_t = 0.033 the implicit integrator then costs less than half of Verlet if Verlet's step is
-//! below 1.2e-3, as it always is under `dt = "auto"`. The costs are constants and not measured on each machine, because
-//! the choice is part of a job's identity.
+//! of 256 vertices. The costs are constants and not measured on each machine, because the choice is part of a job's
+//! identity.
 //!
 //! Implicit steps that follow their error replace 16 to 2000 fixed ones of 1/16 t0 by one where nothing happens, and cost a
 //! quarter of them over a run. They are what `auto` takes in place of fixed ones; a given `dt` means fixed steps of that
@@ -107,9 +106,9 @@ pub(crate) fn candidates(point: &Point, limit: &StabilityLimit) -> [Stepping; 3]
     ]
 }
 
-/// Chooses the stepping of a point; `point.stepping` is not read. `auto` takes implicit steps that follow their error where
-/// they are expected to be cheaper and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given `dt` is checked
-/// elsewhere ([`crate::campaign::checks`]).
+/// Chooses the stepping of a point; `point.stepping` is not read. `auto` takes implicit steps that follow their error
+/// where they are expected to be cheaper and no `dt` is given, and Verlet otherwise. Whether Verlet is stable at a given
+/// `dt` is checked elsewhere ([`crate::campaign::checks`]).
 pub(crate) fn choose(asked: IntegratorChoice, dt: Option<f64>, point: &Point, limit: &StabilityLimit) -> Stepping {
     let [verlet, implicit, adaptive] = candidates(point, limit);
     let is_cheaper = match (&point.model, dt) {

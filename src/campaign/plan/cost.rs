@@ -10,7 +10,7 @@ use crate::campaign::plan::expectation::Expectation;
 use crate::parameters::{Deformable, Dynamics, Integrator, Model, Point, Scene};
 
 /// By what factor a step of Verlet takes longer among obstacles than the measured one, which leans on two discs.
-const AMONG_OBSTACLES: f64 = 2.4;
+const AMONG_OBSTACLES: f64 = 3.0;
 
 /// By what factor it takes longer with near-wall drag.
 const NEAR_WALLS: f64 = 3.0;
@@ -33,7 +33,7 @@ const A_REST: f64 = 3000.0;
 /// What the passage of a ring of 256 vertices through an orifice costs, in Newton steps; it goes with N_v.
 const A_PASSAGE: f64 = 30_000.0;
 
-/// By what factor it costs more with near-wall drag.
+/// By what factor steps that follow their error cost more with near-wall drag.
 const DRAGGED: f64 = 3.0;
 
 /// Nanoseconds per vertex and Newton step of the machine on which the cost of the liquid was measured.
@@ -81,12 +81,12 @@ impl Speed {
             return 1e6 * a_sigma_ms * (way + rests + passages) * self.implicit_ns_per_vertex_newton / MEASURED_AT;
         }
         let dragged = if point.b0 > 0.0 { DRAGGED } else { 1.0 };
-        let passage = if is_orifice { A_PASSAGE * dragged * n / 256.0 } else { 0.0 };
+        let passage = if is_orifice { A_PASSAGE * n / 256.0 } else { 0.0 };
         let crowded = match &point.scene {
             Scene::Obstacles(field) => libm::pow((field.number_density() / 0.39).max(1.0), OF_DENSITY),
             Scene::Channel(_) | Scene::Disc(_) | Scene::Plate => 1.0,
         };
-        let steps = A_SIGMA * way * crowded * folded_steps(ring) + A_REST * rests + passage;
+        let steps = dragged * (A_SIGMA * way * crowded * folded_steps(ring) + passage) + A_REST * rests;
         steps * n * self.implicit_ns_per_vertex_newton
     }
 }
@@ -100,7 +100,7 @@ pub struct Cost {
     pub total_s: f64,
     /// CPU time of the longest job, in seconds.
     pub longest_s: f64,
-    /// Whether every point sets a distance; if not, the estimate is an upper bound.
+    /// Whether every point sets a distance.
     pub by_distance: bool,
 }
 

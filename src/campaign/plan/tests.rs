@@ -112,11 +112,11 @@ fn the_longest_jobs_come_first_and_equal_ones_by_seed() {
 fn cost_is_steps_times_the_measured_speed() {
     let body = "model = \"DP\"\ndynamics = \"vertex\"\nw_ob = 1.0\nruns_per_point = 4\ngamma = 1.0\ndt = 1e-3\nlimits.distance = 24.0";
     let plan = fresh(&campaign(body));
-    // 24/(0.8 * 0.03) = 1000 t0 are 1e6 steps of 256 vertices at 2.4 * 2 ns each.
-    assert!((plan.jobs[0].expected_s - 1.2288).abs() < 1e-9);
+    // 24/(0.8 * 0.03) = 1000 t0 are 1e6 steps of 256 vertices at 3 * 2 ns each.
+    assert!((plan.jobs[0].expected_s - 1.536).abs() < 1e-9);
     let cost = plan.blocks[0].cost;
-    assert!(cost.by_distance && (cost.total_s - 4.9152).abs() < 1e-9 && (cost.wall_s(2) - 2.4576).abs() < 1e-9);
-    assert!((cost.wall_s(64) - 1.2288).abs() < 1e-9);
+    assert!(cost.by_distance && (cost.total_s - 6.144).abs() < 1e-9 && (cost.wall_s(2) - 3.072).abs() < 1e-9);
+    assert!((cost.wall_s(64) - 1.536).abs() < 1e-9);
 }
 
 #[test]
