@@ -1,6 +1,6 @@
 //! Which integrator takes which points of a block, and why.
 
-use crate::campaign::choose::stepping::{choose, costs_per_t0, is_darcy};
+use crate::campaign::choose::stepping::{choose, costs_per_t0, is_darcy, presses_folds};
 use crate::campaign::file::Block;
 use crate::campaign::plan::{Chosen, text::Ends};
 use crate::parameters::{Integrator, IntegratorChoice, Model, Point};
@@ -14,6 +14,8 @@ enum Reason {
     /// So has `dynamics = "darcy"`.
     OfDynamics,
     StepGiven,
+    /// Near-wall drag presses folds together.
+    PressesFolds,
     /// It was chosen by cost; Verlet's step is bound by this term.
     Cheaper(&'static str),
 }
@@ -46,6 +48,7 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
         (Reason::Asked, _) => "asked for".to_owned(),
         (Reason::NoOther, _) => "the integrator of SP".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
+        (Reason::PressesFolds, _) => "near-wall drag presses folds together, which may cross in long steps".to_owned(),
         (Reason::Cheaper(_), Integrator::Verlet) => {
             format!("the cheaper one: adaptive would cost {cut} times as much")
         }
@@ -69,6 +72,7 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
         (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit | IntegratorChoice::Adaptive) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.
         _ if point.stepping != choose(asked, None, point, limit) => Reason::StepGiven,
+        _ if point.stepping.integrator == Integrator::Verlet && presses_folds(point) => Reason::PressesFolds,
         // Where Verlet is chosen, the term that bounds its step is not told.
         _ if point.stepping.integrator == Integrator::Verlet => Reason::Cheaper(""),
         _ => Reason::Cheaper(limit.terms.first().map_or("", |term| term.term)),

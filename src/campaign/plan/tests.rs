@@ -159,6 +159,7 @@ fn the_text_says_which_integrator_takes_what_and_why() {
             "adaptive at 1 of 2 points: the cheaper one: verlet, its step bound by tension, would cost",
         ),
         ("gamma = 0.03", "adaptive the cheaper one: verlet, its step bound by self-contact, would cost 1."),
+        ("gamma = 0.1\nb0 = 0.2", "verlet   near-wall drag presses folds together, which may cross in long steps"),
         ("gamma = 1.0\nintegrator = \"implicit\"", "implicit asked for"),
         ("gamma = 0.1\nintegrator = \"adaptive\"", "adaptive asked for; steps follow step_error"),
         ("gamma = 1.0\nn_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
