@@ -6,8 +6,8 @@
 //!
 //! Each scheme takes the same droplets from start to clog at the reference point (Gamma = 1.09, density 0.39). A unit of
 //! time belongs to the *decay* if E_k/E_t is below 1e-6 at its end, else to *contact* if an obstacle carries load, else to
-//! *free* flight. Steps are counted in one run and timed in another, so that counting is not timed. The clogs of all schemes
-//! must lie in the same places before anything is printed.
+//! *free* flight. Steps are counted in one run and timed in another, so that counting is not timed. Rings must clog in the
+//! same places by every scheme before anything is printed.
 
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, reason = "a program that answers on stdout")]
@@ -69,7 +69,8 @@ impl Keeper for Counter {
             refused: now.refused - refused,
             iterations: now.iterations - iterations,
         };
-        (self.before, _) = (now, self.seen.push((phase, took)));
+        self.before = now;
+        self.seen.push((phase, took));
     }
 }
 
@@ -97,10 +98,7 @@ fn clog(job: &Job, arrays: &ArrayLibrary, keeper: &mut dyn Keeper) -> f64 {
 
 fn main() {
     let seeds = std::env::args().filter_map(|argument| argument.parse().ok()).next().unwrap_or(10_u64);
-    let mut places: Vec<Vec<f64>> = Vec::new();
-    println!("{seeds} runs from start to clog; CPU in ms a run, the rest in each t0 of the phase");
-    println!("| scheme | phase | t0 a run | ms a run | steps | refused | Newton steps a step |");
-    println!("|---|---|---:|---:|---:|---:|---:|");
+    let (mut places, mut rows): (Vec<Vec<f64>>, Vec<String>) = (Vec::new(), Vec::new());
     for (name, keys) in SCHEMES {
         let mut phases = [Phase::default(); 3];
         let mut ends = Vec::new();
@@ -121,14 +119,14 @@ fn main() {
         for (phase, Phase { t, seconds, steps, iterations, refused }) in PHASES.iter().zip(phases) {
             let runs = seeds as f64;
             let a_t0 = |count: u64| count as f64 / t.max(1.0);
-            println!(
+            rows.push(format!(
                 "| {name} | {phase} | {:.0} | {:.2} | {:.2} | {:.3} | {:.2} |",
                 t / runs,
                 1e3 * seconds / runs,
                 a_t0(steps),
                 a_t0(refused),
                 iterations as f64 / steps.max(1) as f64
-            );
+            ));
         }
         places.push(ends);
     }
@@ -136,4 +134,8 @@ fn main() {
         let near = ring.iter().zip(&places[0]).filter(|(a, b)| (**a - **b).abs() < 1e-2).count();
         assert!(near * 10 >= ring.len() * 9, "droplets clog elsewhere: {ring:?} and {:?}", places[0]);
     }
+    println!("{seeds} runs from start to clog; CPU in ms a run, the rest in each t0 of the phase");
+    println!("| scheme | phase | t0 a run | ms a run | steps | refused | Newton steps a step |");
+    println!("|---|---|---:|---:|---:|---:|---:|");
+    rows.iter().for_each(|row| println!("{row}"));
 }

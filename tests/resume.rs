@@ -223,6 +223,8 @@ fn the_snapshot_of_another_job_is_refused() {
         on("gamma = 1.0\nn_vertices = 64\nintegrator = \"verlet\""),
         on("gamma = 1.0\nn_vertices = 72\nintegrator = \"verlet\""),
         on("gamma = 1.0\nn_vertices = 64\nintegrator = \"implicit\""),
+        on("gamma = 1.0\nn_vertices = 64\nintegrator = \"adaptive\""),
+        on("gamma = 1.0\nn_vertices = 64\ndynamics = \"darcy\""),
         on("gamma = 1.0\nn_vertices = 64\nintegrator = \"verlet\"\nself_contact = \"off\""),
         on("model = \"SP\"\ne_w = 1.0"),
     ];

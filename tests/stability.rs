@@ -31,25 +31,30 @@ const DENSE: &str = "scene = \"obstacles\"\nw_ob = 0.2\nsigma_ob = 0.3\nbox_size
 /// kappa of the linear spring.
 const EVEN: f64 = std::f64::consts::FRAC_1_PI;
 
-/// Runs a case by Verlet, and by the integrator that it takes by itself if that is another; overlap and energy must
-/// stay within what contact at this stiffness explains. Verlet must not take anything back. Steps that follow their error
-/// find their length by steps that are taken back.
+/// Runs a case by Verlet, in fixed implicit steps, and in steps that follow their error, if it takes these by itself;
+/// overlap and energy must stay within what contact at this stiffness explains. Verlet must not take anything back.
+/// Implicit steps of both kinds may, one in twenty. Where a droplet folds or its vertices pile up, steps that follow their
+/// error find by refusals how long they may be, and fixed ones are not meant for it.
 fn bears(keys: &str, seed: u64, overlap: f64) -> Trajectory {
-    let run = |keys: &str, may_take_back: bool| {
+    let run = |keys: &str, refusals: u64| {
         let trajectory = run(keys, seed).unwrap_or_else(|failure| panic!("{keys}\nseed {seed}: {failure}"));
         assert!(trajectory.energy_rise_max < 1e-6, "{keys}: energy rose by {:.1e}", trajectory.energy_rise_max);
         assert!(trajectory.overlap_max < overlap, "{keys}: overlap {:.1e}", trajectory.overlap_max);
         assert_eq!(trajectory.engulfed_t, None, "{keys}");
-        assert!(may_take_back || trajectory.refused == 0, "{keys}: {} refused", trajectory.refused);
+        assert!(trajectory.refused * 20 <= trajectory.steps * refusals, "{keys}: {} refused", trajectory.refused);
         trajectory
     };
-    match job(keys, seed).0.point.stepping.integrator {
-        Integrator::Verlet => run(keys, false),
-        Integrator::Implicit | Integrator::Adaptive => {
-            run(&format!("integrator = \"verlet\"\n{keys}"), false);
-            run(keys, true)
-        }
+    let point = job(keys, seed).0.point;
+    let folds = matches!(&point.model, Model::Deformable(ring) if ring.gamma < 0.25);
+    if point.stepping.integrator == Integrator::Verlet {
+        return run(keys, 0);
     }
+    run(&format!("integrator = \"verlet\"\n{keys}"), 0);
+    if folds {
+        return run(keys, 60);
+    }
+    run(&format!("integrator = \"implicit\"\n{keys}"), 1);
+    run(keys, 1)
 }
 
 fn area_error(trajectory: &Trajectory) -> f64 {

@@ -6,16 +6,16 @@
 //! of 256 vertices. The costs are constants and not measured on each machine, because the choice is part of a job's
 //! identity.
 //!
-//! Implicit steps that follow their error replace 16 to 2000 fixed ones of 1/16 t0 by one where nothing happens, and cost a
-//! quarter of them over a run. They are what `auto` takes in place of fixed ones; a given `dt` means fixed steps of that
-//! length.
+//! One implicit step that follows its error takes the place of 12 fixed ones of 1/16 t0 in contact, of 20 in free flight,
+//! and of 180 in the decay after an arrest. `auto` takes these steps and no fixed ones; a given `dt` means fixed steps of
+//! that length.
 //!
-//! Where droplets fold back on themselves Newton's method converges slowly, because the matrix cannot hold how the parts of a
-//! fold couple. Steps that follow their error become shorter there until they converge. They cost as much as Verlet's at
+//! Where droplets fold back on themselves Newton's method converges slowly, because the matrix cannot hold how the parts
+//! of a fold couple. Steps that follow their error become shorter there until they converge. They cost as much as Verlet's at
 //! Gamma = 0.01 and 0.03, and half of it at 0.1. With near-wall drag folds may cross in such steps, and Verlet is taken.
 //!
-//! Example: from the start to the clog at the reference point, Verlet takes 0.57 ms of CPU per t0, fixed implicit steps 0.2
-//! ms, and those that follow their error 0.04 ms; their positions agree within 1e-3 sigma. With the literal wall stiffness
+//! Example: from the start to the clog at the reference point, Verlet takes 0.5 ms of CPU per t0, fixed implicit steps 0.14
+//! ms, and those that follow their error 0.016 ms; their positions agree within 1e-3 sigma. With the literal wall stiffness
 //! at N_v = 256 Verlet needs `dt < 4.8e-6`, and costs several hundred times as much as fixed implicit steps.
 
 use crate::parameters::{
@@ -48,7 +48,8 @@ const FOLDS_BELOW: f64 = 0.15;
 /// Tension below which they lie in films, in which Newton's method converges slowly.
 const FILMS_BELOW: f64 = 0.06;
 
-/// By what factor steps that follow their error take more Newton steps where droplets fold, and where they lie in films.
+/// How many times as many Newton steps a droplet takes, in steps that follow their error, where it folds, and where it
+/// lies in films.
 const FOLDED: [f64; 2] = [7.0, 58.0];
 
 /// The largest implicit step in which a free droplet moves no further than allowed.
@@ -136,14 +137,15 @@ pub(crate) fn folds(ring: &Deformable) -> bool {
     ring.self_contact == SelfContact::Auto && (vertices_pile_up(ring) || ring.gamma < FOLDS_BELOW)
 }
 
-/// Whether near-wall drag presses the sides of folds together, which takes obstacles. Steps that follow their error are long there, and the outline
-/// crosses itself in two thirds of all runs at Gamma = 0.1, where Verlet lets it cross in a fifth.
+/// Whether a droplet that hangs on obstacles has the sides of its folds pressed together by near-wall drag. Steps that
+/// follow their error are long there: at Gamma = 0.1 the outline crosses itself in two thirds of all runs, and by Verlet
+/// in a fifth.
 pub(crate) fn presses_folds(point: &Point) -> bool {
     let hangs = matches!(point.scene, Scene::Obstacles(_) | Scene::Disc(_));
     hangs && point.b0 > 0.0 && matches!(&point.model, Model::Deformable(ring) if folds(ring))
 }
 
-/// The one factor of a droplet that folds, the other of one that lies in films; 1 where it does neither.
+/// The first of two factors for a droplet that folds, the second for one that lies in films, and 1 for any other.
 pub(crate) fn folded(ring: &Deformable, [folds_by, films_by]: [f64; 2]) -> f64 {
     match folds(ring) {
         true if ring.gamma < FILMS_BELOW => films_by,
@@ -152,7 +154,7 @@ pub(crate) fn folded(ring: &Deformable, [folds_by, films_by]: [f64; 2]) -> f64 {
     }
 }
 
-/// By what factor the way of a droplet takes more Newton steps because it folds.
+/// How many times as many Newton steps a droplet takes because it folds, in steps that follow their error.
 pub(crate) fn folded_steps(ring: &Deformable) -> f64 {
     folded(ring, FOLDED)
 }

@@ -95,15 +95,17 @@ impl Draft {
         self.choose_vertices(&mut point);
         let limit = StabilityLimit::of(&point);
         point.stepping = stepping::choose(self.integrator(), self.maybe("dt"), &point, &limit);
-        forget_unused_error(&mut point);
-        let Some(choice) = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok())
-        else {
-            return (point, limit);
+        let chosen = self.tolerance().and_then(|tolerance| tolerance::table().choose(tolerance, &point).ok());
+        let (mut point, limit) = match chosen {
+            None => (point, limit),
+            Some(choice) => {
+                let mut point = tolerance::with_vertices(&point, choice.setting.n_vertices);
+                point.stepping = choice.stepping;
+                let limit = StabilityLimit::of(&point);
+                (point, limit)
+            }
         };
-        let mut point = tolerance::with_vertices(&point, choice.setting.n_vertices);
-        point.stepping = choice.stepping;
         forget_unused_error(&mut point);
-        let limit = StabilityLimit::of(&point);
         (point, limit)
     }
 

@@ -11,6 +11,7 @@
 //! of two there: 8 sigma for stiff droplets at 0.39, 26 at Gamma = 1 (16 for the liquid), and far more than that below
 //! Gamma = 0.5. The liquid pinches off below Gamma = 0.2. In wider gaps droplets flow on.
 
+use crate::campaign::plan::time::to_threshold;
 use crate::parameters::{Dynamics, Model, ObstacleField, Point, Scene};
 
 /// Typical mean speed of a droplet that does not clog, in V_t.
@@ -45,15 +46,17 @@ impl Expectation {
         let farthest = (falls * point.limits.t_max).min(longest_way(point));
         let (way, rests) = match &point.scene {
             Scene::Obstacles(field) => match decay_length(&point.model, field) {
-                Some(lambda) => (-lambda * libm::expm1(-farthest / lambda), -libm::expm1(-farthest / lambda)),
+                Some(lambda) => {
+                    let clogs = -libm::expm1(-farthest / lambda);
+                    (lambda * clogs, clogs)
+                }
                 None => (farthest, 0.0),
             },
             Scene::Channel(_) | Scene::Disc(_) => (farthest, 0.0),
             Scene::Plate => (0.0, 1.0),
         };
         let is_ring = matches!(&point.model, Model::Deformable(ring) if ring.dynamics == Dynamics::Vertex);
-        let rest = if is_ring { REST } else { REST_OF_OTHERS };
-        let rest = rest * -libm::log10(point.limits.ek_threshold) / 17.0 / point.v_t;
+        let rest = to_threshold(point, if is_ring { REST } else { REST_OF_OTHERS }) / point.v_t;
         Self { way, rests, time: (way / falls + rests * rest).min(point.limits.t_max) }
     }
 }

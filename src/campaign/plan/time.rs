@@ -16,9 +16,6 @@ const ARREST: f64 = 45.0;
 /// The mean speed of a slow droplet that does not clog, in V_t. It turns a distance into a time.
 const FLOWING_SPEED: f64 = 0.7;
 
-/// The logarithm of the threshold to which [`ARREST`] belongs.
-const TO_THRESHOLD: f64 = 17.0;
-
 /// Points whose time limit is short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortTime {
@@ -49,6 +46,10 @@ fn needed(point: &Point) -> Option<f64> {
         return None;
     }
     let way = point.limits.distance?;
-    let arrest = ARREST * -libm::log10(point.limits.ek_threshold) / TO_THRESHOLD;
-    Some((way / FLOWING_SPEED + arrest) / point.v_t)
+    Some((way / FLOWING_SPEED + to_threshold(point, ARREST)) / point.v_t)
+}
+
+/// The time from an arrest to the threshold of a point, in sigma of free fall, where it is `to_1e_17` to E_k/E_t = 1e-17.
+pub(super) fn to_threshold(point: &Point, to_1e_17: f64) -> f64 {
+    to_1e_17 * -libm::log10(point.limits.ek_threshold) / 17.0
 }

@@ -6,7 +6,7 @@
 //! | file | droplet and scheme |
 //! |---|---|
 //! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
-//! | [`implicit`] | a ring in implicit steps, which are all alike or follow their error |
+//! | [`implicit`] | a ring in implicit steps, of fixed length or as long as their error allows |
 //! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
 //! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
 //!
@@ -21,6 +21,7 @@ mod reading;
 mod ring_state;
 mod soft;
 mod step_control;
+mod step_length;
 pub mod verlet;
 
 use crate::physics::observation::Observation;
@@ -58,7 +59,8 @@ pub trait Motion {
     /// The outline and the loads on it; `t` is the present time.
     fn outline(&self, t: f64) -> Outline;
 
-    /// Whether a step was taken in the last [`advance`](Self::advance). If not, no obstacle got inside, and nothing crossed.
+    /// Whether a step was taken in the last [`advance`](Self::advance). If none was, no obstacle can have come to lie
+    /// inside the droplet since then, and its outline cannot have come to cross itself.
     fn is_fresh(&self) -> bool {
         true
     }

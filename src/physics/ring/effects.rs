@@ -99,9 +99,14 @@ impl RingEffects {
         self.others.iter_mut().for_each(|other| other.settled(ring));
     }
 
+    /// The forces whose second derivatives are not known and that can act now.
+    pub(crate) fn acting_without_stiffness(&self) -> impl Iterator<Item = &dyn RingForce> {
+        self.others.iter().map(AsRef::as_ref).filter(|other| !other.has_stiffness() && other.acts())
+    }
+
     /// Whether a force acts now whose second derivatives are not known.
     pub(crate) fn lack_stiffness(&self, ring: &Ring) -> bool {
-        self.others.iter().any(|other| !other.has_stiffness() && other.acts() && other.energy(ring) != 0.0)
+        self.acting_without_stiffness().any(|other| other.energy(ring) != 0.0)
     }
 
     /// [`RingForce::hold`] of all effects; true if any of them holds.

@@ -8,8 +8,11 @@ use crate::physics::liquid::{dissipation::Dissipation, near_wall::NearWall};
 use crate::physics::liquid::{polygon::Polygon, potential::Potential, self_contact::SelfContact as FoldContact};
 use crate::physics::motion::placing::{Placing, Site};
 use crate::physics::motion::{
-    Interruption, Motion, MotionState, darcy::DarcyMotion, guard::GuardedMotion, implicit, implicit::AdaptiveMotion,
-    implicit::ImplicitMotion, verlet::VerletMotion,
+    Interruption, Motion, MotionState,
+    darcy::DarcyMotion,
+    guard::GuardedMotion,
+    implicit::{self, AdaptiveMotion, ImplicitMotion},
+    verlet::VerletMotion,
 };
 use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
@@ -51,7 +54,7 @@ pub(super) fn start(
     }
 }
 
-/// The step with which a liquid droplet is placed, in t0.
+/// The step with which a droplet is placed whose own steps follow their error, in t0.
 const PLACING_STEP: f64 = 1.0 / 16.0;
 
 /// The farthest that a vertex may move in a step that follows its error, in sigma.
@@ -92,7 +95,7 @@ impl<W: Walls> Start<'_, W> {
 
     fn ring(&self, ring: &Deformable) -> Result<Option<Box<dyn Motion>>, Interruption> {
         let (n, dt, instruction_set) = (ring.n_vertices, self.point.stepping.dt, self.context.instruction_set);
-        let effects = self.effects(ring);
+        let (effects, is_liquid) = (self.effects(ring), ring.dynamics == Dynamics::Darcy);
         Ok(match (self.point.stepping.integrator, self.from) {
             (Integrator::Verlet, None) => {
                 let motion = VerletMotion::start(self.placed(ring)?, effects, dt, instruction_set);
@@ -107,11 +110,11 @@ impl<W: Walls> Start<'_, W> {
             (Integrator::Implicit, Some(MotionState::Implicit(state))) => {
                 ImplicitMotion::resume(state, n, effects, dt, instruction_set).and_then(boxed)
             }
-            (Integrator::Adaptive, None) if ring.dynamics == Dynamics::Vertex => {
+            (Integrator::Adaptive, None) if !is_liquid => {
                 let (placed, largest_move) = (self.placed(ring)?, self.largest_move());
                 boxed(AdaptiveMotion::start(placed, effects, self.times(ring), largest_move, instruction_set))
             }
-            (Integrator::Adaptive, Some(MotionState::Adaptive(state))) => {
+            (Integrator::Adaptive, Some(MotionState::Adaptive(state))) if !is_liquid => {
                 let largest_move = self.largest_move();
                 AdaptiveMotion::resume(state, n, effects, self.times(ring), largest_move, instruction_set)
                     .and_then(boxed)
@@ -129,7 +132,7 @@ impl<W: Walls> Start<'_, W> {
                     instruction_set,
                 ))
             }
-            (Integrator::Adaptive, Some(MotionState::Darcy(state))) => {
+            (Integrator::Adaptive, Some(MotionState::Darcy(state))) if is_liquid => {
                 let liquid = self.liquid(ring);
                 DarcyMotion::resume(state, n, liquid, self.dissipation(ring), self.times(ring), instruction_set)
                     .and_then(boxed)
@@ -152,8 +155,8 @@ impl<W: Walls> Start<'_, W> {
         [self.point.stepping.dt, ring.step_error.unwrap_or(STEP_ERROR)]
     }
 
-    /// How far a vertex may move in a step that follows its error, in sigma: a third of the reach of what it could leap
-    /// over.
+    /// How far a vertex may move in a step that follows its error, in sigma: a third of the radius of obstacles or tips,
+    /// so that it leaps over none.
     fn largest_move(&self) -> f64 {
         (self.walls.surface() / 3.0).clamp(implicit::LARGEST_MOVE, FARTHEST_MOVE)
     }
@@ -179,8 +182,8 @@ impl<W: Walls> Start<'_, W> {
         Placing { site: self.site, stepping, instruction_set, stop }
     }
 
-    /// The ring at its start. A liquid droplet is placed as an even ring of springs, which has almost its shape. Where steps
-    /// follow their error, the droplet is placed in fixed steps.
+    /// The ring at its start. A liquid droplet is placed as an even ring of springs, which has almost its shape. Where
+    /// steps follow their error, the droplet is placed in fixed steps.
     fn placed(&self, ring: &Deformable) -> Result<Ring, Interruption> {
         let stepping = match self.point.stepping.integrator {
             Integrator::Adaptive => Stepping { integrator: Integrator::Implicit, dt: PLACING_STEP },

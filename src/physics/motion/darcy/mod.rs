@@ -25,7 +25,7 @@ use crate::physics::liquid::polygon::Polygon;
 use crate::physics::liquid::potential::Potential;
 use crate::physics::motion::descent::{Equilibrium, descend};
 use crate::physics::motion::reading::{Reading, between};
-use crate::physics::motion::{Interruption, Motion, MotionState};
+use crate::physics::motion::{Interruption, Motion, MotionState, step_length};
 use crate::physics::observation::Observation;
 use crate::physics::simd::InstructionSet;
 use crate::physics::walls::wall::Walls;
@@ -38,18 +38,9 @@ use state::{Course, Shapes};
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Length of the first step, in t0.
-const FIRST: f64 = 1e-3;
-
-/// The longest step, in t0.
-const LONGEST: f64 = 50.0;
-
 /// Largest distance that a vertex may move in one step at the speed of the last one, in sigma. No droplet jumps over an
 /// obstacle.
 const LARGEST_MOVE: f64 = 0.05;
-
-/// By what factor steps grow at most; BDF2 is stable below 2.41.
-const GROWTH: f64 = 2.0;
 
 /// Rounding of the energy, in g rho sigma^3.
 const ENERGY_ROUNDING: f64 = 1e-12;
@@ -85,7 +76,7 @@ impl<W: Walls> DarcyMotion<W> {
         [dt, step_error]: [f64; 2],
         instruction_set: InstructionSet,
     ) -> Self {
-        let course = Course { next: FIRST, ..Course::default() };
+        let course = Course { next: step_length::FIRST, ..Course::default() };
         let mut motion =
             Self::with(Shapes::of(shape, origin), course, potential, dissipation, [dt, step_error], instruction_set);
         motion.look();
@@ -219,18 +210,15 @@ impl<W: Walls> DarcyMotion<W> {
         self.shapes.push(&self.solver.shape, h);
         let squares = self.solver.squares;
         self.readings = [self.readings[1], self.reading(t, velocity, squares)];
-        let order = f64::from(scheme.order());
-        let growth = if self.course.known == 0 {
-            GROWTH
-        } else {
-            (0.9 * libm::pow(1.0 / error.max(1e-30), 1.0 / (order + 1.0))).clamp(0.4, GROWTH)
-        };
         let course = &mut self.course;
-        course.next = (h * growth).min(LONGEST);
+        let order = f64::from(scheme.order());
+        let root =
+            if course.known == 0 { f64::INFINITY } else { libm::pow(1.0 / error.max(1e-30), 1.0 / (order + 1.0)) };
+        course.next = step_length::after(h, root);
         course.known = (course.known + 1).min(2);
         course.spaces = true;
-        course.accepted += 1;
-        course.iterations += u64::from(iterations);
+        course.counts.accepted += 1;
+        course.counts.iterations += u64::from(iterations);
     }
 
     fn now(&self) -> f64 {
@@ -282,7 +270,7 @@ impl<W: Walls> Motion for DarcyMotion<W> {
     }
 
     fn refused(&self) -> u64 {
-        self.course.refused
+        self.course.counts.refused
     }
 
     fn descend(&mut self, farthest: f64, stop: &AtomicBool) -> Result<Option<Equilibrium>, Interruption> {

@@ -2,11 +2,9 @@
 
 use crate::physics::motion::darcy::DarcyMotion;
 use crate::physics::motion::darcy::solver::Unsolved;
+use crate::physics::motion::step_length;
 use crate::physics::walls::wall::Walls;
 use crate::results::trajectory::{Failure, FailureClass};
-
-/// The shortest step, in t0.
-const SHORTEST: f64 = 1e-9;
 
 /// Why a step was not taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,20 +25,20 @@ impl<W: Walls> DarcyMotion<W> {
     /// Shortens the next step.
     pub(super) fn retreat(&mut self, h: f64, refused: Refused) -> Result<(), Failure> {
         let course = &mut self.course;
-        course.refused += 1;
-        course.next = h * match refused {
-            Refused::Unsolved(_) => 0.4,
+        course.counts.refused += 1;
+        course.next = match refused {
+            Refused::Unsolved(_) => 0.4 * h,
             Refused::Inexact(error) => {
                 let order = if course.known >= 2 { 2.0 } else { 1.0 };
-                (0.8 * libm::pow(1.0 / error, 1.0 / (order + 1.0))).clamp(0.1, 0.7)
+                step_length::instead(h, libm::pow(1.0 / error, 1.0 / (order + 1.0)))
             }
-            Refused::EnergyRises(_) if course.known > 0 => 0.5,
-            Refused::EnergyRises(_) => 0.3,
+            Refused::EnergyRises(_) if course.known > 0 => 0.5 * h,
+            Refused::EnergyRises(_) => 0.3 * h,
         };
         if let Refused::EnergyRises(_) = refused {
             (course.known, course.spaces) = (0, false);
         }
-        if course.next >= SHORTEST {
+        if course.next >= step_length::SHORTEST {
             return Ok(());
         }
         let why = match refused {

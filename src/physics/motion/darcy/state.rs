@@ -30,10 +30,7 @@ pub(super) struct Course {
     pub(super) pinched: Option<[f64; 2]>,
     /// Nominal steps taken.
     pub(super) steps: u64,
-    pub(super) accepted: u64,
-    pub(super) refused: u64,
-    /// Newton iterations of the accepted steps.
-    pub(super) iterations: u64,
+    pub(super) counts: StepCounts,
 }
 
 /// Everything that decides how the motion of a liquid droplet goes on.
@@ -47,8 +44,7 @@ pub struct DarcyState {
 impl DarcyState {
     /// The steps so far.
     pub(in crate::physics) const fn counts(&self) -> StepCounts {
-        let Course { accepted, refused, iterations, .. } = self.course;
-        StepCounts { accepted, refused, iterations }
+        self.course.counts
     }
 
     /// Whether it is the state of a ring of `n` vertices.

@@ -2,7 +2,7 @@
 //!
 //! The scheme is that of [`ImplicitMotion`], which takes steps of any length. What was foreseen of a step and what came
 //! of it differ by a multiple of the third derivative, and so does the error of the step (`scheme`). The next step is as
-//! long as the error allowed:
+//! long as the error allowed lets it be ([`step_length`]):
 //!
 //! ```text
 //! h+ = 0.9 h (allowed/error)^(1/3),     allowed = min(step_error, 0.01 t0 x the speed of the fastest vertex)
@@ -16,13 +16,14 @@
 //! step, and what is asked of the present is read off in between ([`crate::physics::motion::reading`]).
 //!
 //! A step is taken again, shorter, if it is not solved, if its error is more than twice what is allowed, or if the
-//! energy rises in a step that is not short. If it is not its error, the next attempt is a step of backward Euler, which
-//! lowers the energy if it is short enough.
+//! energy rises in a step that is not short. In the first case and the last, the next attempt is a step of backward
+//! Euler, which lowers the energy if it is short enough.
 
 use crate::on_instruction_set;
 use crate::physics::motion::descent::Equilibrium;
 use crate::physics::motion::implicit::{BadStep, Field, ImplicitMotion, ImplicitState, LARGEST_MOVE, StepCounts};
 use crate::physics::motion::reading::{Reading, between};
+use crate::physics::motion::step_length::{self, FIRST, SHORTEST};
 use crate::physics::motion::{Interruption, Motion, MotionState};
 use crate::physics::observation::Observation;
 use crate::physics::ring::effects::{RingEffects, outline_of};
@@ -32,18 +33,6 @@ use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Length of the first step, in t0.
-const FIRST: f64 = 1e-3;
-
-/// The shortest step, in t0.
-const SHORTEST: f64 = 1e-9;
-
-/// The longest step, in t0.
-const LONGEST: f64 = 50.0;
-
-/// By what factor steps grow at most; the scheme is stable below 2.41.
-const GROWTH: f64 = 2.0;
 
 /// The error allowed in a step over the speed of the fastest vertex, in t0.
 const OF_SPEED: f64 = 0.01;
@@ -85,7 +74,7 @@ enum Refused {
 #[derive(Debug)]
 pub(crate) struct AdaptiveMotion {
     steps: ImplicitMotion,
-    /// Largest error of one step, in sigma.
+    /// The error allowed in one step, in sigma.
     step_error: f64,
     /// Time between two looks.
     dt: f64,
@@ -185,7 +174,7 @@ impl AdaptiveMotion {
     /// How far a vertex may move in the next step: half of its diameter where parts of the ring lie side by side, so that
     /// none leaps over another.
     fn farthest(&self) -> f64 {
-        let lies_folded = self.steps.effects.others.iter().any(|other| !other.has_stiffness() && other.acts());
+        let lies_folded = self.steps.effects.acting_without_stiffness().next().is_some();
         if lies_folded { LARGEST_MOVE.min(self.steps.largest_move) } else { self.steps.largest_move }
     }
 
@@ -212,8 +201,7 @@ impl AdaptiveMotion {
         }
         self.steps.accept(scheme, iterations);
         (self.readings, self.loads, self.is_fresh) = ([self.readings[1], reading], loads, true);
-        let growth = 0.9 * libm::cbrt(1.0 / error.max(1e-30));
-        self.next = (h * growth.clamp(0.4, GROWTH)).min(LONGEST);
+        self.next = step_length::after(h, libm::cbrt(1.0 / error.max(1e-30)));
         Ok(())
     }
 
@@ -230,9 +218,9 @@ impl AdaptiveMotion {
     /// Shortens the next step.
     fn retreat(&mut self, h: f64, refused: Refused) -> Result<(), Failure> {
         self.steps.go_back();
-        self.next = h * match refused {
-            Refused::Unsolved(_) | Refused::EnergyRises(_) => 0.4,
-            Refused::Inexact(error) => (0.8 * libm::cbrt(1.0 / error)).clamp(0.1, 0.7),
+        self.next = match refused {
+            Refused::Unsolved(_) | Refused::EnergyRises(_) => 0.4 * h,
+            Refused::Inexact(error) => step_length::instead(h, libm::cbrt(1.0 / error)),
         };
         if !matches!(refused, Refused::Inexact(_)) {
             self.steps.earlier.step = f64::INFINITY;

@@ -43,6 +43,7 @@ impl Scheme {
         Self { h, ratio, s: h * (1.0 + ratio) / both, keep: ratio * ratio / both }
     }
 
+    /// h.
     pub(super) const fn length(self) -> f64 {
         self.h
     }
@@ -95,21 +96,26 @@ impl Scheme {
         }
     }
 
-    /// The new velocities `v+ = (d - keep Dx)/s`.
+    /// The new velocities `v+ = (d - keep Dx)/s` of eight vertices that move by `d` after `moved` in the step before.
+    #[inline(always)]
+    fn velocity<S: Instructions>(self, simd: S, d: f64x8<S>, moved: f64x8<S>) -> f64x8<S> {
+        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
+        fma(moved, less, d * inverse)
+    }
+
+    /// The new velocities.
     #[inline(always)]
     pub(super) fn velocities<S: Instructions>(self, simd: S, d: &Field, earlier: &Earlier, v: &mut Field) {
-        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
         for ((v, d), moved) in v.parts_mut().into_iter().zip(d.parts()).zip(earlier.moved.parts()) {
             for i in (0..d.len()).step_by(LANES) {
-                store(fma(load(simd, moved, i), less, load(simd, d, i) * inverse), v, i);
+                store(self.velocity(simd, load(simd, d, i), load(simd, moved, i)), v, i);
             }
         }
     }
 
-    /// Sets the new velocities `v+ = (d - keep Dx)/s`, and remembers the step.
+    /// Sets the new velocities, and remembers the step.
     #[inline(always)]
     pub(super) fn accept<S: Instructions>(self, simd: S, ring: &mut Ring, d: &Field, earlier: &mut Earlier) {
-        let (inverse, less) = (f64x8::splat(simd, 1.0 / self.s), f64x8::splat(simd, -self.keep / self.s));
         let Earlier { moved, gained, .. } = earlier;
         for (d, v, moved, gained) in [
             (&d.x[..], &mut ring.ux[..], &mut moved.x[..], &mut gained.x[..]),
@@ -117,7 +123,7 @@ impl Scheme {
         ] {
             for i in (0..d.len()).step_by(LANES) {
                 let (now, before) = (load(simd, d, i), load(simd, v, i));
-                let after = fma(load(simd, moved, i), less, now * inverse);
+                let after = self.velocity(simd, now, load(simd, moved, i));
                 store(after - before, gained, i);
                 store(now, moved, i);
                 store(after, v, i);

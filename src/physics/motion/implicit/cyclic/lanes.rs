@@ -90,8 +90,8 @@ impl Lanes {
         System { matrix: &self.matrix, b: [bx, by], g: [gx, gy] }
     }
 
-    /// Eliminates the chains of a ring of `n >= 16` vertices. Returns how many of their
-    /// eigenvalues are negative.
+    /// Eliminates the chains of a ring of `n >= 16` vertices. Returns how many of their eigenvalues are
+    /// negative.
     #[inline(always)]
     pub(super) fn reduce<S: Instructions>(&mut self, simd: S, system: &System<'_>, n: usize) -> usize {
         let length = n / LANES;

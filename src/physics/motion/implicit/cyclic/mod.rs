@@ -1,5 +1,5 @@
-//! Solves `(B + k g g^T) x = b` for a cyclic block-tridiagonal `B` of 2 x 2 blocks, symmetric and positive definite, in
-//! O(n).
+//! Solves `(B + k g g^T) x = b` for a symmetric, cyclic, block-tridiagonal `B` of 2 x 2 blocks in O(n), and tells whether
+//! the matrix is positive definite.
 //!
 //! The ring is cut into chains, which are eliminated vertex by vertex. Eliminating vertex `v` before its neighbour `w`,
 //! with `E = B_vw` and `C` the coupling of vertex 0 to `v` that earlier eliminations left behind,
@@ -63,8 +63,8 @@ impl CyclicSolver {
     /// Overwrites `b` by the solution x of `(B + k g g^T) x = b`, for `k >= 0`. Entries from `n` on do not change.
     ///
     /// # Errors
-    /// [`NotPositiveDefinite`], if B is not, with `b` untouched; or, where B need not be positive definite alone, if `B + k
-    /// g g^T` is not.
+    /// [`NotPositiveDefinite`]. Where the term of rank one is not needed, it says that B is not positive definite, and `b`
+    /// is untouched; else that `B + k g g^T` is not.
     pub(super) fn solve(
         &mut self,
         instruction_set: InstructionSet,

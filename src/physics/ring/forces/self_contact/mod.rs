@@ -100,9 +100,7 @@ impl SelfContact {
             ring.force_y[j + 1] -= ahead_y;
         }
     }
-}
 
-impl SelfContact {
     /// Adds `k n n^T` to the blocks of each vertex that touches an edge, and its share by the lever rule to those of the
     /// edge.
     #[inline(always)]
