@@ -168,3 +168,32 @@ fn a_step_that_cannot_be_taken_ends_the_run_as_unstable_with_the_shape_kept() {
     assert!(failure.reason.contains("dt"), "{failure}");
     assert_eq!(failure.outline.unwrap().x.len(), 256);
 }
+
+#[test]
+fn a_soft_particle_clogs_at_the_same_place_in_steps_that_follow_its_error() {
+    for (e_w, b0) in [(1.0, 0.0), (10.0, 0.0), (200.0, 0.0), (10.0, 0.1)] {
+        for seed in 0..3 {
+            let end = |stepping: &str| {
+                let keys = format!("{ARRAY}model = \"SP\"\ne_w = {e_w:?}\nb0 = {b0:?}\nlimits.t_max = 1e4\n{stepping}");
+                let trajectory = run(&keys, seed).unwrap();
+                assert!(trajectory.energy_rise_max < 1e-9, "{stepping}: {}", trajectory.energy_rise_max);
+                trajectory
+            };
+            let (fine, adaptive) = (end("dt = 2.5e-4"), end("integrator = \"adaptive\""));
+            assert_eq!(fine.outcome, adaptive.outcome, "e_w = {e_w}, b0 = {b0}, seed {seed}");
+            let (a, b) = (fine.r_end, adaptive.r_end);
+            assert!((a - b).abs() < 1e-3, "e_w = {e_w}, b0 = {b0}, seed {seed}: {a} and {b}");
+        }
+    }
+}
+
+#[test]
+fn how_often_a_soft_particle_is_looked_at_does_not_change_its_steps() {
+    let end = |dt: &str| {
+        let keys = format!("{ARRAY}model = \"SP\"\ne_w = 10.0\nintegrator = \"adaptive\"\nlimits.t_max = 200.0\n{dt}");
+        run(&keys, 1).unwrap()
+    };
+    let (often, seldom) = (end("dt = 0.0625"), end("dt = 0.5"));
+    assert_eq!((often.r_end, often.refused), (seldom.r_end, seldom.refused));
+    assert_eq!(often.samples.h, seldom.samples.h);
+}

@@ -40,6 +40,8 @@ fn cases() -> Vec<(&'static str, Job)> {
         ("liquid", dense("dynamics = \"darcy\"\ngamma = 0.8\nn_vertices = 32\nlimits.t_max = 60.0")),
         ("soft", dense("model = \"SP\"\ne_w = 10.0\nlimits.t_max = 3000.0")),
         ("soft, near walls", dense("model = \"SP\"\ne_w = 10.0\nb0 = 0.4\nlimits.t_max = 100.0")),
+        ("soft, adaptive", dense("model = \"SP\"\ne_w = 10.0\nintegrator = \"adaptive\"\nshapes_every = 7.0\nlimits.t_max = 3000.0")),
+        ("soft, adaptive, near walls", dense("model = \"SP\"\ne_w = 10.0\nb0 = 0.4\nintegrator = \"adaptive\"\nlimits.t_max = 300.0")),
         ("channel", job("scene = \"channel\"\nw = 0.9\nv_t = 0.08\nh_start = -1.2\nh_end = 1.0\ngamma = 0.8\nn_vertices = 64\nb0 = 0.4", 0).0),
         ("plate", job("scene = \"plate\"\ngamma = 1.0\nn_vertices = 64\nlimits.t_max = 60.0", 0).0),
     ]

@@ -127,8 +127,8 @@ pub(crate) fn unmet_tolerance(point: &Point, tolerance: f64) -> Option<Breach> {
 
 /// The implicit integrators move rings alone.
 fn has_ring(point: &Point) -> Option<Breach> {
-    let explicit = point.stepping.integrator == Integrator::Verlet;
-    (!explicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
+    let is_implicit = point.stepping.integrator == Integrator::Implicit;
+    (is_implicit && matches!(point.model, Model::Soft(_))).then(|| Breach {
         key: "integrator",
         excess: f64::INFINITY,
         message: format!("the soft particle has no {} integrator, and needs none", point.stepping.integrator.name()),
@@ -140,8 +140,10 @@ fn has_ring(point: &Point) -> Option<Breach> {
 /// length of their own.
 fn fits_dynamics(point: &Point) -> Option<Breach> {
     let breach = |key, excess, message, help: &str| Some(Breach { key, excess, message, help: help.to_owned() });
-    let Model::Deformable(ring) = &point.model else { return None };
-    if ring.dynamics == Dynamics::Darcy && !DARCY_VERTICES.contains(&ring.n_vertices) {
+    if let Model::Deformable(ring) = &point.model
+        && ring.dynamics == Dynamics::Darcy
+        && !DARCY_VERTICES.contains(&ring.n_vertices)
+    {
         let (n, most) = (ring.n_vertices as f64, *DARCY_VERTICES.end() as f64);
         let message = format!("{n} vertices do not fit dynamics = \"darcy\", whose matrices are dense");
         let help = "n_vertices must be a whole number from 16 to 512 there; left out, it is 64 to 192";

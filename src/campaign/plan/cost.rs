@@ -21,6 +21,9 @@ const FOLDED: [f64; 2] = [1.2, 2.0];
 /// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
 const FREE: f64 = 0.7;
 
+/// What a t0 of a soft particle costs in steps that follow their error, in steps of Verlet.
+const SOFT_ADAPTIVE: f64 = 150.0;
+
 /// What one sigma of the way of a ring of springs costs among obstacles of density 0.39, in Newton steps: 390 to 450.
 const A_SIGMA: f64 = 420.0;
 
@@ -56,6 +59,7 @@ impl Speed {
         let expected = Expectation::of(point);
         let steps = expected.time / point.stepping.dt;
         let ns = match (&point.model, point.stepping.integrator) {
+            (Model::Soft(_), Integrator::Adaptive) => SOFT_ADAPTIVE * expected.time * self.soft_ns_per_step,
             (Model::Soft(_), _) => FREE * steps * self.soft_ns_per_step,
             (Model::Deformable(ring), Integrator::Adaptive) => self.adaptive_ns(ring, point, expected),
             (Model::Deformable(ring), integrator) => {

@@ -9,8 +9,8 @@ use crate::physics::simulate::stability::StabilityLimit;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
     Asked,
-    /// A soft particle has only one.
-    NoOther,
+    /// A soft particle takes this one unless another is asked for.
+    OfModel,
     /// So has `dynamics = "darcy"`.
     OfDynamics,
     StepGiven,
@@ -44,9 +44,9 @@ fn why(integrator: Integrator, reason: Reason, times: Ends) -> String {
     let cut = times.cut();
     match (reason, integrator) {
         (Reason::OfDynamics, _) => "that of dynamics = \"darcy\": steps follow step_error".to_owned(),
-        (Reason::Asked, Integrator::Adaptive) => "asked for; steps follow step_error".to_owned(),
+        (Reason::Asked, Integrator::Adaptive) => "asked for; steps follow their error".to_owned(),
         (Reason::Asked, _) => "asked for".to_owned(),
-        (Reason::NoOther, _) => "the integrator of SP".to_owned(),
+        (Reason::OfModel, _) => "that of SP where none is asked for".to_owned(),
         (Reason::StepGiven, _) => "dt is given, and no other integrator asked for".to_owned(),
         (Reason::PressesFolds, _) => "near-wall drag presses folds together, which may cross in long steps".to_owned(),
         (Reason::Cheaper(_), Integrator::Verlet) => {
@@ -67,7 +67,7 @@ fn reason(asked: IntegratorChoice, point: &Point, limit: &StabilityLimit) -> (Re
         Integrator::Adaptive => verlet / adaptive,
     };
     let reason = match (&point.model, asked) {
-        (Model::Soft(_), _) => Reason::NoOther,
+        (Model::Soft(_), IntegratorChoice::Auto) => Reason::OfModel,
         _ if is_darcy(point) => Reason::OfDynamics,
         (_, IntegratorChoice::Verlet | IntegratorChoice::Implicit | IntegratorChoice::Adaptive) => Reason::Asked,
         // A step that happens to be the automatic one is as good as automatic.

@@ -161,13 +161,13 @@ fn the_text_says_which_integrator_takes_what_and_why() {
         ("gamma = 0.03", "adaptive the cheaper one: verlet, its step bound by self-contact, would cost 1."),
         ("gamma = 0.1\nb0 = 0.2", "verlet   near-wall drag presses folds together, which may cross in long steps"),
         ("gamma = 1.0\nintegrator = \"implicit\"", "implicit asked for"),
-        ("gamma = 0.1\nintegrator = \"adaptive\"", "adaptive asked for; steps follow step_error"),
+        ("gamma = 0.1\nintegrator = \"adaptive\"", "adaptive asked for; steps follow their error"),
         ("gamma = 1.0\nn_vertices = 2048\ndt = 1e-4", "verlet   dt is given, and no other integrator asked for"),
     ] {
         let text = fresh(&campaign(&body(keys))).render(2);
         assert!(text.contains(line), "{line} is not in\n{text}");
     }
-    assert!(fresh(&soft(1, "[1.0]")).render(2).contains("verlet   the integrator of SP"));
+    assert!(fresh(&soft(1, "[1.0]")).render(2).contains("verlet   that of SP where none is asked for"));
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
 //! | [`implicit`] | a ring in implicit steps, of fixed length or as long as their error allows |
 //! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
-//! | `soft` | a soft particle, whose scheme stands in [`crate::physics::point`] |
+//! | `soft` | a soft particle, whose schemes stand in [`crate::physics::point`] |
 //!
 //! `placing` puts droplets at their start, with the same integrators. [`descent`] finds where a droplet would come to rest.
 
@@ -17,15 +17,15 @@ pub mod descent;
 pub mod guard;
 pub mod implicit;
 pub(crate) mod placing;
-mod reading;
+pub(in crate::physics) mod reading;
 mod ring_state;
 mod soft;
 mod step_control;
-mod step_length;
+pub(in crate::physics) mod step_length;
 pub mod verlet;
 
 use crate::physics::observation::Observation;
-use crate::physics::point::SoftState;
+use crate::physics::point::{SoftState, adaptive::AdaptivePointState};
 use crate::physics::ring::Ring;
 use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
@@ -124,6 +124,8 @@ pub enum MotionState {
     Soft(SoftState),
     /// Implicit steps of a ring that follow their error.
     Adaptive(Box<AdaptiveState>),
+    /// Steps of a soft particle that follow their error.
+    AdaptiveSoft(Box<AdaptivePointState>),
 }
 
 impl MotionState {
@@ -133,7 +135,7 @@ impl MotionState {
             Self::Implicit(state) => Some(state.counts()),
             Self::Adaptive(state) => Some(state.counts()),
             Self::Darcy(state) => Some(state.counts()),
-            Self::Verlet(_) | Self::Soft(_) => None,
+            Self::Verlet(_) | Self::Soft(_) | Self::AdaptiveSoft(_) => None,
         }
     }
 }

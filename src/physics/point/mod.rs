@@ -16,6 +16,8 @@
 //! assert!((sunk - PI / (16.0 * 5.0)).abs() < 1e-9);
 //! ```
 
+pub(in crate::physics) mod adaptive;
+mod radau;
 mod readings;
 mod sinking;
 

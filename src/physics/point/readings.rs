@@ -9,10 +9,14 @@ use crate::results::outline::{LoadRecord, Outline};
 impl<W: Walls> SoftMotion<W> {
     /// The outline at time `t`: one point, and the loads on it, each at the surface of its wall.
     pub fn outline(&self, t: f64) -> Outline {
-        let world = [self.position[0] + self.origin[0], self.position[1] + self.origin[1]];
+        self.outline_at([0, 1].map(|k| self.position[k] + self.origin[k]), t)
+    }
+
+    /// The outline of a point at `world`, whose walls are listed.
+    pub(super) fn outline_at(&self, world: [f64; 2], t: f64) -> Outline {
+        let [x, y] = [0, 1].map(|k| world[k] - self.origin[k]);
         let mut loads = Vec::new();
         for obstacle in &self.near.items {
-            let [x, y] = self.position;
             if let Some((overlap, [nx, ny])) = obstacle.touch_point(x, y, self.reach()) {
                 let (push, to_surface) = (4.0 * self.effects.stiffness * overlap, 0.5 - overlap);
                 let at = [world[0] - to_surface * nx, world[1] - to_surface * ny];
@@ -30,6 +34,11 @@ impl<W: Walls> SoftMotion<W> {
         let rate = if self.effects.b0 > 0.0 { self.drag_rate(self.position) } else { self.effects.far_rate };
         let damping = 1.0 + 0.5 * self.dt * rate;
         let velocity = [0, 1].map(|k| (self.velocity[k] + 0.5 * self.dt / MASS * force[k]) / damping);
+        self.measure(velocity)
+    }
+
+    /// Measures everything that is recorded, of a point with this velocity.
+    pub(super) fn measure(&self, velocity: [f64; 2]) -> Observation {
         let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
         for obstacle in &self.near.items {
             let touch = obstacle.touch_point(self.position[0], self.position[1], self.reach());

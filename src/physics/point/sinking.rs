@@ -46,7 +46,7 @@ impl<W: Walls> SoftMotion<W> {
 
     /// The force at a place and the second derivatives of the energy: `4 E_w [n n^T - (depth/d) (1 - n n^T)]` for each
     /// wall, with the distance d from its corner.
-    fn force_and_stiffness(&self, [x, y]: [f64; 2]) -> ([f64; 2], [f64; 3]) {
+    pub(super) fn force_and_stiffness(&self, [x, y]: [f64; 2]) -> ([f64; 2], [f64; 3]) {
         let (reach, stiffness) = (self.reach(), 4.0 * self.effects.stiffness);
         let (mut force, mut second) = ([self.effects.weight, 0.0], [0.0; 3]);
         for obstacle in &self.near.items {

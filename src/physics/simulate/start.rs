@@ -14,13 +14,14 @@ use crate::physics::motion::{
     implicit::{self, AdaptiveMotion, ImplicitMotion},
     verlet::VerletMotion,
 };
-use crate::physics::point::{SoftEffects, SoftMotion};
+use crate::physics::point::{SoftEffects, SoftMotion, adaptive::AdaptivePoint};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
 use crate::physics::ring::forces::{
     contact::Contact, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, near_wall_drag::NearWallDrag,
 };
 use crate::physics::ring::{Ring, effects::RingEffects};
 use crate::physics::simulate::Context;
+use crate::physics::simulate::stability::StabilityLimit;
 use crate::physics::walls::arrays::obstacles::ObstacleArray;
 use crate::physics::walls::{plate::Plate, wall::Walls, wedge::ChannelWalls};
 use std::sync::Arc;
@@ -83,12 +84,24 @@ impl<W: Walls> Start<'_, W> {
         let Point { v_t, b0, .. } = *self.point;
         let effects = SoftEffects { stiffness: soft.e_w, weight: MASS, far_rate: 1.0 / v_t, b0, alpha: self.alpha() };
         let (dt, walls, instruction_set) = (self.point.stepping.dt, self.walls.clone(), self.context.instruction_set);
+        let follows_error = self.point.stepping.integrator == Integrator::Adaptive;
         Ok(match self.from {
+            None if follows_error => {
+                let stepping =
+                    Stepping { integrator: Integrator::Verlet, dt: StabilityLimit::of(self.point).auto_dt() };
+                let position = self.placing(&stepping).point(soft.e_w, &walls)?;
+                boxed(AdaptivePoint::start(position, effects, dt, walls, instruction_set))
+            }
+            Some(MotionState::AdaptiveSoft(state)) if follows_error => {
+                boxed(AdaptivePoint::resume(**state, effects, dt, walls, instruction_set))
+            }
             None => {
                 let position = self.placing(&self.point.stepping).point(soft.e_w, &walls)?;
                 boxed(SoftMotion::start(position, effects, dt, walls, instruction_set))
             }
-            Some(MotionState::Soft(state)) => boxed(SoftMotion::resume(*state, effects, dt, walls, instruction_set)),
+            Some(MotionState::Soft(state)) if !follows_error => {
+                boxed(SoftMotion::resume(*state, effects, dt, walls, instruction_set))
+            }
             Some(_) => None,
         })
     }
