@@ -82,13 +82,15 @@ pub(super) fn step(
         }
         let moved = stages(&[[change[0], change[1]], [change[2], change[3]], [change[4], change[5]]]);
         let still = stages(&[[0.0; 2]; 3]);
-        let largest = (0..3).flat_map(|i| [0, 1].map(|k| (moved[i][0][k] - still[i][0][k]).abs())).fold(0.0, f64::max);
-        if !largest.is_finite() {
+        // A sum, because a maximum would pass over what is no number.
+        let change: f64 = (0..3).flat_map(|i| [0, 1].map(|k| (moved[i][0][k] - still[i][0][k]).abs())).sum();
+        if !change.is_finite() {
             return None;
         }
-        if largest <= precision {
+        if change <= precision {
             let ends = stages(&a);
-            return Some((ends[2], error(from, h, begin, &ends)));
+            let error = error(from, h, begin, &ends);
+            return error.is_finite().then_some((ends[2], error));
         }
     }
     None
