@@ -8,7 +8,7 @@
 //! | [`guard`] | a ring in steps of velocity-Verlet ([`verlet`]), which are taken again if the energy rises |
 //! | [`implicit`] | a ring in implicit steps, of fixed length or as long as their error allows |
 //! | [`darcy`] | a liquid droplet in implicit steps whose length follows their error |
-//! | `soft` | a soft particle, whose schemes stand in [`crate::physics::point`] |
+//! | `soft` | a soft particle; its Verlet steps stand in [`crate::physics::point`] |
 //!
 //! `placing` puts droplets at their start, with the same integrators. [`descent`] finds where a droplet would come to rest.
 
@@ -17,15 +17,15 @@ pub mod descent;
 pub mod guard;
 pub mod implicit;
 pub(crate) mod placing;
-pub(in crate::physics) mod reading;
+mod reading;
 mod ring_state;
-mod soft;
+pub(in crate::physics) mod soft;
 mod step_control;
-pub(in crate::physics) mod step_length;
+mod step_length;
 pub mod verlet;
 
 use crate::physics::observation::Observation;
-use crate::physics::point::{SoftState, adaptive::AdaptivePointState};
+use crate::physics::point::SoftState;
 use crate::physics::ring::Ring;
 use crate::results::outline::Outline;
 use crate::results::trajectory::Failure;
@@ -34,6 +34,7 @@ use descent::Equilibrium;
 use guard::GuardState;
 use implicit::{AdaptiveState, ImplicitState, StepCounts};
 use serde::{Deserialize, Serialize};
+use soft::adaptive::AdaptivePointState;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A droplet in motion, whatever its model and integrator.

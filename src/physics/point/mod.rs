@@ -16,8 +16,8 @@
 //! assert!((sunk - PI / (16.0 * 5.0)).abs() < 1e-9);
 //! ```
 
-pub(in crate::physics) mod adaptive;
-mod radau;
+mod long_steps;
+pub(in crate::physics) mod radau;
 mod readings;
 mod sinking;
 
@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// How far the point may move before its list of near walls is made again, in sigma.
-const SKIN: f64 = 0.1;
+pub(in crate::physics) const SKIN: f64 = 0.1;
 
 /// The near-wall drag takes smaller distances from a wall as this one, in sigma, because the rim of a soft particle
 /// sinks into walls.

@@ -41,7 +41,7 @@ pub(super) struct Acceleration {
 }
 
 /// Place and velocity.
-pub(super) type Phase = [[f64; 2]; 2];
+pub(in crate::physics) type Phase = [[f64; 2]; 2];
 
 /// The end of a step of length `h`, and its estimated error in sigma. `None` if Newton's method does not come within
 /// `precision`, in sigma.

@@ -13,7 +13,7 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// The outline of a point at `world`, whose walls are listed.
-    pub(super) fn outline_at(&self, world: [f64; 2], t: f64) -> Outline {
+    pub(in crate::physics) fn outline_at(&self, world: [f64; 2], t: f64) -> Outline {
         let [x, y] = [0, 1].map(|k| world[k] - self.origin[k]);
         let mut loads = Vec::new();
         for obstacle in &self.near.items {
@@ -38,7 +38,7 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// Measures everything that is recorded, of a point with this velocity.
-    pub(super) fn measure(&self, velocity: [f64; 2]) -> Observation {
+    pub(in crate::physics) fn measure(&self, velocity: [f64; 2]) -> Observation {
         let (mut overlap, mut contacts, mut potential) = (0.0_f64, 0, 0.0);
         for obstacle in &self.near.items {
             let touch = obstacle.touch_point(self.position[0], self.position[1], self.reach());

@@ -12,9 +12,10 @@ use crate::physics::motion::{
     darcy::DarcyMotion,
     guard::GuardedMotion,
     implicit::{self, AdaptiveMotion, ImplicitMotion},
+    soft::adaptive::AdaptivePoint,
     verlet::VerletMotion,
 };
-use crate::physics::point::{SoftEffects, SoftMotion, adaptive::AdaptivePoint};
+use crate::physics::point::{SoftEffects, SoftMotion};
 use crate::physics::ring::forces::self_contact::{SelfContact, apart::Apart};
 use crate::physics::ring::forces::{
     contact::Contact, drag::Drag, gravity::Gravity, hydrostatic::Hydrostatic, near_wall_drag::NearWallDrag,

@@ -1,13 +1,15 @@
-//! The soft particle as a [`Motion`]; its schemes stand with its forces in [`crate::physics::point`].
+//! The soft particle as a [`Motion`]; its Verlet steps stand with its forces in [`crate::physics::point`].
+
+pub(in crate::physics) mod adaptive;
 
 use crate::physics::motion::descent::{Equilibrium, Sinking, descend};
 use crate::physics::motion::{Interruption, Motion, MotionState, in_pieces};
 use crate::physics::observation::Observation;
 use crate::physics::point::SoftMotion;
-use crate::physics::point::adaptive::{AdaptivePoint, Stuck};
 use crate::physics::walls::wall::Walls;
 use crate::results::outline::Outline;
 use crate::results::trajectory::{Failure, FailureClass};
+use adaptive::{AdaptivePoint, Stuck};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Steps between two checks of `stop`: about 10 ms.

@@ -1,6 +1,6 @@
 //! Steps of a soft particle whose length follows their error.
 //!
-//! A step ([`radau`](super::radau)) is taken again, shorter, if its error is more than twice what is allowed:
+//! A step ([`crate::physics::point::radau`]) is taken again, shorter, if its error is more than twice what is allowed:
 //!
 //! ```text
 //! allowed = min(1e-6 sigma, 0.01 t0 x the speed)
@@ -12,14 +12,13 @@
 //! Steps depend on the trajectory only: the point is ahead of the present by part of a step, and what is asked of the
 //! present is read off in between ([`crate::physics::motion::reading`]).
 
-use crate::parameters::MASS;
 use crate::physics::motion::reading::{Reading, between, place_between};
 use crate::physics::motion::step_length::{self, FIRST, SHORTEST};
 use crate::physics::observation::Observation;
-use crate::physics::point::radau::{self, Acceleration, Phase};
-use crate::physics::point::{NEAREST, SKIN, SoftEffects, SoftMotion, SoftState};
+use crate::physics::point::radau::Phase;
+use crate::physics::point::{SKIN, SoftEffects, SoftMotion, SoftState};
 use crate::physics::simd::InstructionSet;
-use crate::physics::walls::wall::{Obstacle, Walls};
+use crate::physics::walls::wall::Walls;
 use crate::results::outline::Outline;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -84,8 +83,8 @@ impl<W: Walls> AdaptivePoint<W> {
         instruction_set: InstructionSet,
     ) -> Self {
         let mut point = SoftMotion::start(position, effects, dt, walls, instruction_set);
-        point.velocity = [0.0; 2];
-        let reading = reading(&mut point, 0.0);
+        point.halt();
+        let reading = reading(&point, 0.0);
         Self { point, dt, course: Course { looks: 0, next: FIRST, readings: [reading; 2], refused: 0 } }
     }
 
@@ -133,16 +132,14 @@ impl<W: Walls> AdaptivePoint<W> {
     /// Takes one step of whatever length can be taken.
     fn step(&mut self) -> Result<(), Stuck> {
         self.point.follow();
-        if self.point.near.skin.left < 2.0 * WAYS[0] {
-            self.point.list_near();
-        }
-        let from = [self.point.position, self.point.velocity];
+        self.point.list_within(2.0 * WAYS[0]);
+        let from = self.point.phase();
         let speed = libm::hypot(from[1][0], from[1][1]);
         let farthest = self.point.gap().clamp(WAYS[1], WAYS[0]);
         let mut h = if speed * self.course.next > farthest { farthest / speed } else { self.course.next };
         loop {
             let precision = (PRECISION * STEP_ERROR.min(OF_SPEED * speed)).max(FINEST);
-            let solved = radau::step(from, h, precision, |phase| self.point.acceleration(phase));
+            let solved = self.point.step(h, precision);
             let taken = solved.map(|(end, error)| {
                 let reached = libm::hypot(end[1][0], end[1][1]);
                 let moved = libm::hypot(end[0][0] - from[0][0], end[0][1] - from[0][1]);
@@ -167,11 +164,10 @@ impl<W: Walls> AdaptivePoint<W> {
         }
     }
 
-    fn accept(&mut self, [place, velocity]: Phase, moved: f64, h: f64) {
-        (self.point.position, self.point.velocity) = (place, velocity);
-        self.point.near.skin.left -= moved;
+    fn accept(&mut self, end: Phase, moved: f64, h: f64) {
+        self.point.go_to(end, moved);
         let last = self.course.readings[1];
-        self.course.readings = [last, reading(&mut self.point, last.t + h)];
+        self.course.readings = [last, reading(&self.point, last.t + h)];
     }
 
     pub(crate) fn observe(&self) -> Observation {
@@ -196,41 +192,9 @@ fn root(error: f64) -> f64 {
 }
 
 /// The reading of a point at time `t`.
-fn reading<W: Walls>(point: &mut SoftMotion<W>, t: f64) -> Reading {
-    let seen = point.measure(point.velocity);
+fn reading<W: Walls>(point: &SoftMotion<W>, t: f64) -> Reading {
+    let [_, velocity] = point.phase();
+    let seen = point.measure(velocity);
     let Observation { x, y, kinetic, potential, overlap, contacts, .. } = seen;
-    let (place, velocity) = ([x, y], point.velocity);
-    Reading { t, place, velocity, kinetic, potential, shape: 1.0, area_error: 0.0, overlap, contacts }
-}
-
-impl<W: Walls> SoftMotion<W> {
-    /// The distance that is left to the nearest listed wall that does not push yet.
-    fn gap(&self) -> f64 {
-        let ([x, y], far) = (self.position, self.far + SKIN);
-        let depths = self.near.items.iter().filter_map(|wall| wall.touch_point(x, y, far).map(|(depth, _)| depth));
-        let gaps = depths.map(|depth| far - depth - self.reach()).filter(|gap| *gap > 0.0);
-        gaps.fold(SKIN, f64::min)
-    }
-
-    /// `F/M - lambda v`, and its derivatives.
-    fn acceleration(&self, [place, velocity]: Phase) -> Acceleration {
-        let (force, [xx, xy, yy]) = self.force_and_stiffness(place);
-        let (rate, slope) =
-            if self.effects.b0 > 0.0 { self.drag_and_slope(place) } else { (self.effects.far_rate, [0.0; 2]) };
-        let value = [0, 1].map(|k| force[k] / MASS - rate * velocity[k]);
-        let stiffness = [[xx, xy], [xy, yy]];
-        let by_place = [0, 1].map(|k| [0, 1].map(|l| -stiffness[k][l] / MASS - velocity[k] * slope[l]));
-        Acceleration { value, by_place, rate }
-    }
-
-    /// The damping rate and its gradient: `d lambda/dd` times the normal of the nearest wall.
-    fn drag_and_slope(&self, [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
-        let (effects, far) = (&self.effects, self.far + SKIN);
-        let touches = self.near.items.iter().filter_map(|wall| wall.touch_point(x, y, far));
-        let (depth, normal) = touches.fold((0.0, [0.0; 2]), |a, b| if b.0 > a.0 { b } else { a });
-        let distance = far - depth - self.reach();
-        let power = effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha);
-        let slope = if distance > NEAREST { -effects.far_rate * effects.alpha * power / distance } else { 0.0 };
-        (effects.far_rate * (1.0 + power), normal.map(|n| slope * n))
-    }
+    Reading { t, place: [x, y], velocity, kinetic, potential, shape: 1.0, area_error: 0.0, overlap, contacts }
 }
