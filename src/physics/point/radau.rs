@@ -145,8 +145,9 @@ mod tests {
     #[test]
     fn the_estimate_falls_with_the_fourth_power_and_is_not_below_the_error() {
         let first = |h: f64| step([[0.7, 0.2], [0.0, 1.0]], h, 1e-14, pendulum).unwrap();
-        let order = libm::log2(first(0.1).1 / first(0.05).1);
-        assert!((3.5..5.0).contains(&order), "{order}");
+        // At ten times this step the order is 3.4 and still rises.
+        let order = libm::log2(first(0.0125).1 / first(0.00625).1);
+        assert!((3.9..4.1).contains(&order), "{order}");
         let exact = (0..64).fold([[0.7, 0.2], [0.0, 1.0]], |p, _| step(p, 0.1 / 64.0, 1e-15, pendulum).unwrap().0);
         let (end, estimate) = first(0.1);
         assert!((end[0][0] - exact[0][0]).abs() < estimate, "{estimate}");
