@@ -125,7 +125,7 @@ pub(crate) fn unmet_tolerance(point: &Point, tolerance: f64) -> Option<Breach> {
     }
 }
 
-/// The implicit integrators move rings alone.
+/// Implicit steps of fixed length move rings alone.
 fn has_ring(point: &Point) -> Option<Breach> {
     let is_implicit = point.stepping.integrator == Integrator::Implicit;
     (is_implicit && matches!(point.model, Model::Soft(_))).then(|| Breach {

@@ -138,8 +138,8 @@ pub static PARAMETERS: &[Parameter] = &[
         .number(between(0.1, 10.0)).default(PAPER_ALPHA),
     parameter("integrator", "how time advances", field!(point.stepping.integrator))
         .choice(IntegratorChoice::NAMES)
-        .auto("adaptive; for a soft particle verlet (adaptive takes a fifth of its time); under dynamics = \"vertex\" adaptive where dt is left out and it costs less \
-               than verlet, else verlet"),
+        .auto("adaptive; for a soft particle verlet (adaptive takes a fifth of its time); under dynamics = \"vertex\" \
+               adaptive where dt is left out and it costs less than verlet, else verlet"),
     parameter("dt", "time step", field!(point.stepping.dt))
         .number_or("auto", POSITIVE).unit("t0")
         .auto("adaptive: 1/8 or less, the grid of times at which the droplet is looked at; verlet: up to 0.001 and 0.8 of the \

@@ -21,7 +21,7 @@ const FOLDED: [f64; 2] = [1.2, 2.0];
 /// A soft particle touches nothing for much of the time, so that its steps take this share of the measured one.
 const FREE: f64 = 0.7;
 
-/// What a t0 of a soft particle costs in steps that follow their error, in steps of Verlet.
+/// How many Verlet steps take as long as one t0 of a soft particle whose steps follow their error.
 const SOFT_ADAPTIVE: f64 = 150.0;
 
 /// What one sigma of the way of a ring of springs costs among obstacles of density 0.39, in Newton steps: 390 to 450.

@@ -11,7 +11,7 @@ enum Reason {
     Asked,
     /// A soft particle takes this one unless another is asked for.
     OfModel,
-    /// So has `dynamics = "darcy"`.
+    /// `dynamics = "darcy"` has only this one.
     OfDynamics,
     StepGiven,
     /// Near-wall drag presses folds together.

@@ -10,22 +10,22 @@ use serde::{Deserialize, Serialize};
 
 /// Everything that is recorded of a droplet, at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(in crate::physics::motion) struct Reading {
-    pub(in crate::physics::motion) t: f64,
+pub(super) struct Reading {
+    pub(super) t: f64,
     /// World coordinates of the centroid.
-    pub(in crate::physics::motion) place: [f64; 2],
-    pub(in crate::physics::motion) velocity: [f64; 2],
-    pub(in crate::physics::motion) kinetic: f64,
-    pub(in crate::physics::motion) potential: f64,
-    pub(in crate::physics::motion) shape: f64,
-    pub(in crate::physics::motion) area_error: f64,
-    pub(in crate::physics::motion) overlap: f64,
-    pub(in crate::physics::motion) contacts: u32,
+    pub(super) place: [f64; 2],
+    pub(super) velocity: [f64; 2],
+    pub(super) kinetic: f64,
+    pub(super) potential: f64,
+    pub(super) shape: f64,
+    pub(super) area_error: f64,
+    pub(super) overlap: f64,
+    pub(super) contacts: u32,
 }
 
 impl Reading {
     /// The reading of a ring at time `t`.
-    pub(in crate::physics::motion) fn of(ring: &Measured, t: f64) -> Self {
+    pub(super) fn of(ring: &Measured, t: f64) -> Self {
         let velocity = ring.velocity;
         let Observation { x, y, kinetic, potential, shape, area_error, overlap, contacts, .. } = ring.seen;
         let (shape, area_error) = (shape.unwrap_or(1.0), area_error.unwrap_or(0.0));
@@ -33,13 +33,13 @@ impl Reading {
     }
 
     /// Total energy.
-    pub(in crate::physics::motion) fn energy(&self) -> f64 {
+    pub(super) fn energy(&self) -> f64 {
         self.kinetic + self.potential
     }
 }
 
 /// Place at time `t` between two readings: Hermite's cubic through places and velocities.
-pub(in crate::physics::motion) fn place_between(before: &Reading, after: &Reading, t: f64) -> [f64; 2] {
+pub(super) fn place_between(before: &Reading, after: &Reading, t: f64) -> [f64; 2] {
     let h = after.t - before.t;
     let s = share(before, after, t);
     let (from, to) = ((1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s));
@@ -55,7 +55,7 @@ fn share(before: &Reading, after: &Reading, t: f64) -> f64 {
 }
 
 /// The observation at time `t` between two readings.
-pub(in crate::physics::motion) fn between(before: &Reading, after: &Reading, t: f64) -> Observation {
+pub(super) fn between(before: &Reading, after: &Reading, t: f64) -> Observation {
     let s = share(before, after, t);
     let [x, y] = place_between(before, after, t);
     let linear = |a: f64, b: f64| a + s * (b - a);

@@ -10,10 +10,10 @@
 //! halves of a nominal one.
 
 /// Length of the first step, in t0.
-pub(in crate::physics::motion) const FIRST: f64 = 1e-3;
+pub(super) const FIRST: f64 = 1e-3;
 
 /// The shortest step, in t0.
-pub(in crate::physics::motion) const SHORTEST: f64 = 1e-9;
+pub(super) const SHORTEST: f64 = 1e-9;
 
 /// The longest step, in t0.
 const LONGEST: f64 = 50.0;
@@ -22,12 +22,12 @@ const LONGEST: f64 = 50.0;
 const GROWTH: f64 = 2.0;
 
 /// The step after one of length `h` that was taken.
-pub(in crate::physics::motion) fn after(h: f64, root: f64) -> f64 {
+pub(super) fn after(h: f64, root: f64) -> f64 {
     (h * (0.9 * root).clamp(0.4, GROWTH)).min(LONGEST)
 }
 
 /// The step in place of one of length `h` whose error was too large.
-pub(in crate::physics::motion) fn instead(h: f64, root: f64) -> f64 {
+pub(super) fn instead(h: f64, root: f64) -> f64 {
     h * (0.8 * root).clamp(0.1, 0.7)
 }
 

@@ -54,13 +54,10 @@ impl<W: Walls> SoftMotion<W> {
     }
 
     /// The damping rate and its gradient: `d lambda/dd` times the normal of the nearest wall.
-    fn drag_and_slope(&self, [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
-        let (effects, far) = (&self.effects, self.far + SKIN);
-        let touches = self.near.items.iter().filter_map(|wall| wall.touch_point(x, y, far));
-        let (depth, normal) = touches.fold((0.0, [0.0; 2]), |a, b| if b.0 > a.0 { b } else { a });
-        let distance = far - depth - self.reach();
-        let power = effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha);
-        let slope = if distance > NEAREST { -effects.far_rate * effects.alpha * power / distance } else { 0.0 };
-        (effects.far_rate * (1.0 + power), normal.map(|n| slope * n))
+    fn drag_and_slope(&self, at: [f64; 2]) -> (f64, [f64; 2]) {
+        let (effects, (distance, normal)) = (&self.effects, self.nearest_wall(at));
+        let drag = self.near_wall_drag(distance);
+        let slope = if distance > NEAREST { -effects.far_rate * effects.alpha * drag / distance } else { 0.0 };
+        (effects.far_rate * (1.0 + drag), normal.map(|n| slope * n))
     }
 }

@@ -183,12 +183,22 @@ impl<W: Walls> SoftMotion<W> {
 
     /// Damping rate at `[x, y]`: `(1 + b0 d^-alpha)/V_t`, with d the distance of the droplet's rim from the nearest
     /// wall, but at least [`NEAREST`].
-    fn drag_rate(&self, [x, y]: [f64; 2]) -> f64 {
-        let (effects, far) = (&self.effects, self.far + SKIN);
-        let depths =
-            self.near.items.iter().filter_map(|obstacle| obstacle.touch_point(x, y, far).map(|(depth, _)| depth));
-        let distance = far - depths.fold(0.0, f64::max) - self.reach();
-        effects.far_rate * (1.0 + effects.b0 * libm::pow(distance.max(NEAREST), -effects.alpha))
+    fn drag_rate(&self, at: [f64; 2]) -> f64 {
+        let (distance, _) = self.nearest_wall(at);
+        self.effects.far_rate * (1.0 + self.near_wall_drag(distance))
+    }
+
+    /// The drag of a wall over that far from walls, `b0 d^-alpha`.
+    fn near_wall_drag(&self, distance: f64) -> f64 {
+        self.effects.b0 * libm::pow(distance.max(NEAREST), -self.effects.alpha)
+    }
+
+    /// The distance of the droplet's rim from the nearest wall, and the normal there.
+    fn nearest_wall(&self, [x, y]: [f64; 2]) -> (f64, [f64; 2]) {
+        let far = self.far + SKIN;
+        let touches = self.near.items.iter().filter_map(|obstacle| obstacle.touch_point(x, y, far));
+        let (depth, normal) = touches.fold((0.0, [0.0; 2]), |a, b| if b.0 > a.0 { b } else { a });
+        (far - depth - self.reach(), normal)
     }
 
     /// Takes `steps` time steps.

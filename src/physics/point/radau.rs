@@ -25,6 +25,9 @@ const STAGES: [[f64; 3]; 3] = [
     [(16.0 - ROOT) / 36.0, (16.0 + ROOT) / 36.0, 1.0 / 9.0],
 ];
 
+/// a^2.
+const SQUARED: [[f64; 3]; 3] = squared();
+
 /// The weights of the stages in the error estimate, and the inverse of the real eigenvalue of the inverse of a.
 const ERROR: [f64; 3] = [-(13.0 + 7.0 * ROOT) / 3.0, (-13.0 + 7.0 * ROOT) / 3.0, -1.0 / 3.0];
 const REAL: f64 = 0.274_888_829_595_676_7;
@@ -52,13 +55,12 @@ pub(super) fn step(
     mut acceleration: impl FnMut(Phase) -> Acceleration,
 ) -> Option<(Phase, f64)> {
     let [place, velocity] = from;
-    let squared = product(&STAGES);
     let begin = acceleration(from);
     let mut a = [begin.value; 3];
     let stages = |a: &[[f64; 2]; 3]| -> [Phase; 3] {
         [0, 1, 2].map(|i| {
             let sum = |row: &[f64; 3], k: usize| row[0] * a[0][k] + row[1] * a[1][k] + row[2] * a[2][k];
-            let x = [0, 1].map(|k| place[k] + h * NODES[i] * velocity[k] + h * h * sum(&squared[i], k));
+            let x = [0, 1].map(|k| place[k] + h * NODES[i] * velocity[k] + h * h * sum(&SQUARED[i], k));
             [x, [0, 1].map(|k| velocity[k] + h * sum(&STAGES[i], k))]
         })
     };
@@ -71,7 +73,7 @@ pub(super) fn step(
                 for j in 0..3 {
                     matrix[(2 * i + k, 2 * j + k)] += h * STAGES[i][j] * here.rate;
                     for l in 0..2 {
-                        matrix[(2 * i + k, 2 * j + l)] -= h * h * squared[i][j] * here.by_place[k][l];
+                        matrix[(2 * i + k, 2 * j + l)] -= h * h * SQUARED[i][j] * here.by_place[k][l];
                     }
                 }
             }
@@ -80,14 +82,13 @@ pub(super) fn step(
         for i in 0..3 {
             (a[i][0], a[i][1]) = (a[i][0] + change[2 * i], a[i][1] + change[2 * i + 1]);
         }
-        let moved = stages(&[[change[0], change[1]], [change[2], change[3]], [change[4], change[5]]]);
-        let still = stages(&[[0.0; 2]; 3]);
         // A sum, because a maximum would pass over what is no number.
-        let change: f64 = (0..3).flat_map(|i| [0, 1].map(|k| (moved[i][0][k] - still[i][0][k]).abs())).sum();
-        if !change.is_finite() {
+        let moved: f64 = SQUARED.iter().flat_map(|row| [0, 1].map(|k| corrected(row, &change, k))).map(f64::abs).sum();
+        let moved = h * h * moved;
+        if !moved.is_finite() {
             return None;
         }
-        if change <= precision {
+        if moved <= precision {
             let ends = stages(&a);
             let error = error(from, h, begin, &ends);
             return error.is_finite().then_some((ends[2], error));
@@ -111,8 +112,19 @@ fn error([place, velocity]: Phase, h: f64, begin: Acceleration, ends: &[Phase; 3
     libm::hypot((yy * right[0] - xy * right[1]) / determinant, (xx * right[1] - yx * right[0]) / determinant)
 }
 
-fn product(a: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| a[i][k] * a[k][j]).sum()))
+/// Component k of a row of a^2 times a correction of the accelerations.
+fn corrected(row: &[f64; 3], change: &Vector6<f64>, k: usize) -> f64 {
+    row[0] * change[k] + row[1] * change[2 + k] + row[2] * change[4 + k]
+}
+
+const fn squared() -> [[f64; 3]; 3] {
+    let (a, mut product, mut entry) = (STAGES, [[0.0; 3]; 3], 0);
+    while entry < 9 {
+        let (i, j) = (entry / 3, entry % 3);
+        product[i][j] = a[i][0] * a[0][j] + a[i][1] * a[1][j] + a[i][2] * a[2][j];
+        entry += 1;
+    }
+    product
 }
 
 #[cfg(test)]

@@ -87,18 +87,19 @@ impl<W: Walls> Start<'_, W> {
         let (dt, walls, instruction_set) = (self.point.stepping.dt, self.walls.clone(), self.context.instruction_set);
         let follows_error = self.point.stepping.integrator == Integrator::Adaptive;
         Ok(match self.from {
-            None if follows_error => {
-                let stepping =
-                    Stepping { integrator: Integrator::Verlet, dt: StabilityLimit::of(self.point).auto_dt() };
+            None => {
+                // Where steps follow their error, the point is placed in steps of Verlet.
+                let dt_of_placing = if follows_error { StabilityLimit::of(self.point).auto_dt() } else { dt };
+                let stepping = Stepping { integrator: Integrator::Verlet, dt: dt_of_placing };
                 let position = self.placing(&stepping).point(soft.e_w, &walls)?;
-                boxed(AdaptivePoint::start(position, effects, dt, walls, instruction_set))
+                if follows_error {
+                    boxed(AdaptivePoint::start(position, effects, dt, walls, instruction_set))
+                } else {
+                    boxed(SoftMotion::start(position, effects, dt, walls, instruction_set))
+                }
             }
             Some(MotionState::AdaptiveSoft(state)) if follows_error => {
                 boxed(AdaptivePoint::resume(**state, effects, dt, walls, instruction_set))
-            }
-            None => {
-                let position = self.placing(&self.point.stepping).point(soft.e_w, &walls)?;
-                boxed(SoftMotion::start(position, effects, dt, walls, instruction_set))
             }
             Some(MotionState::Soft(state)) if !follows_error => {
                 boxed(SoftMotion::resume(*state, effects, dt, walls, instruction_set))

@@ -6,8 +6,9 @@
 //! allowed = min(1e-6 sigma, 0.01 t0 x the speed)
 //! ```
 //!
-//! The force has a kink where the point comes within reach of a wall. The error tells when a step has met one. So that a
-//! step leaps over none, the point moves no further than the nearest wall that does not push yet is away.
+//! The force has a kink where the point comes within reach of a wall. The error tells when a step has met one. A step
+//! must not leap over a wall. So the point moves at most as far as the nearest wall that does not push yet, or 0.0125 sigma
+//! where that wall is nearer.
 //!
 //! Steps depend on the trajectory only: the point is ahead of the present by part of a step, and what is asked of the
 //! present is read off in between ([`crate::physics::motion::reading`]).
